@@ -1,0 +1,176 @@
+//! Scattering at a surface: what each kind of material does with light, in local coordinates.
+//!
+//! Directions point away from the surface; `wo` is towards the camera, `wi` towards the light; `z` is
+//! the shading normal on the side of the winding. Returned values include the cosine at `wi`.
+
+mod conductor;
+mod dielectric;
+pub mod fresnel;
+pub mod ggx;
+pub mod half_vector;
+mod lambert;
+
+use glam::Vec3;
+
+/// How a material scatters light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Lambert, two-sided.
+    Lambert {
+        /// Reflectance in [0, 1].
+        albedo: Vec3,
+    },
+    /// A perfectly smooth conductor, two-sided.
+    Mirror {
+        /// Reflectance at normal incidence.
+        f0: Vec3,
+    },
+    /// A GGX conductor, two-sided.
+    Conductor {
+        /// Reflectance at normal incidence.
+        f0: Vec3,
+        /// GGX roughness, > 0.
+        alpha: f32,
+    },
+    /// A perfectly smooth dielectric.
+    Glass {
+        /// Refractive index, inside over outside.
+        ior: f32,
+        /// Factor on transmitted light.
+        tint: Vec3,
+    },
+    /// A GGX dielectric.
+    RoughGlass {
+        /// Refractive index, inside over outside; not 1.
+        ior: f32,
+        /// GGX roughness, > 0.
+        alpha: f32,
+        /// Factor on transmitted light.
+        tint: Vec3,
+    },
+}
+
+/// The side to which light is scattered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobe {
+    /// To the side it came from.
+    Reflection,
+    /// Through the surface.
+    Transmission,
+}
+
+/// A BSDF for one pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eval {
+    /// The BSDF times the cosine at `wi`.
+    pub value: Vec3,
+    /// Density per solid angle with which [`Bsdf::sample`] draws `wi`. For a smooth material: the
+    /// probability of its lobe, and `value` is the coefficient of the Dirac delta.
+    pub pdf: f32,
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampled {
+    /// The direction, unit.
+    pub wi: Vec3,
+    /// As in [`Eval`].
+    pub value: Vec3,
+    /// As in [`Eval`], never 0.
+    pub pdf: f32,
+    /// The side it goes to.
+    pub lobe: Lobe,
+}
+
+impl Bsdf {
+    /// Whether all its scattering is into single directions (Dirac deltas).
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
+    }
+
+    /// Value and density for `wo` → `wi`. `None` where sampling cannot produce `wi` at all (wrong side,
+    /// no such lobe, delta): a path through such a pair is outside the sampled path space.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
+        match *self {
+            Bsdf::Lambert { albedo } => lambert::eval(albedo, wo, wi),
+            Bsdf::Conductor { f0, alpha } => conductor::eval(f0, alpha, wo, wi),
+            Bsdf::RoughGlass { ior, alpha, tint } => dielectric::eval(ior, alpha, tint, wo, wi),
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } => None,
+        }
+    }
+
+    /// The delta lobe of a smooth material seen from `wo`: coefficient and probability. `None` for a
+    /// lobe that the material does not have.
+    #[inline]
+    pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
+        match *self {
+            Bsdf::Mirror { f0 } if lobe == Lobe::Reflection => {
+                let s = conductor::sample_mirror(f0, wo);
+                Some(Eval {
+                    value: s.value,
+                    pdf: s.pdf,
+                })
+            }
+            Bsdf::Glass { ior, tint } => {
+                let e = dielectric::eval_smooth(ior, tint, wo, lobe);
+                (e.pdf > 0.0).then_some(e)
+            }
+            _ => None,
+        }
+    }
+
+    /// Draws `wi` with `u` in [0, 1)³: direction (0, 1) and lobe (2). `None`: the path ends here.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<Sampled> {
+        let direction = [u[0], u[1]];
+        let sampled = match *self {
+            Bsdf::Lambert { albedo } => lambert::sample(albedo, wo, direction)?,
+            Bsdf::Mirror { f0 } => conductor::sample_mirror(f0, wo),
+            Bsdf::Conductor { f0, alpha } => conductor::sample(f0, alpha, wo, direction)?,
+            Bsdf::Glass { ior, tint } => dielectric::sample_smooth(ior, tint, wo, u[2])?,
+            Bsdf::RoughGlass { ior, alpha, tint } => {
+                dielectric::sample(ior, alpha, tint, wo, direction, u[2])?
+            }
+        };
+        (sampled.pdf > 0.0 && wo.z != 0.0 && sampled.wi.z != 0.0).then_some(sampled)
+    }
+
+    /// The refractive index inside over outside; 1 for what does not transmit.
+    #[inline]
+    pub fn ior(&self) -> f32 {
+        match *self {
+            Bsdf::Glass { ior, .. } | Bsdf::RoughGlass { ior, .. } => ior,
+            _ => 1.0,
+        }
+    }
+
+    /// Whether the material has this lobe.
+    #[inline]
+    pub fn has(&self, lobe: Lobe) -> bool {
+        lobe == Lobe::Reflection || matches!(self, Bsdf::Glass { .. } | Bsdf::RoughGlass { .. })
+    }
+
+    /// Share of the light that is scattered on, by colour channel; exact for Lambert, an upper bound
+    /// (1, or the reflectance at normal incidence) otherwise. For the albedo buffer and for roulette.
+    pub fn albedo(&self) -> Vec3 {
+        match *self {
+            Bsdf::Lambert { albedo } => albedo,
+            Bsdf::Mirror { f0 } | Bsdf::Conductor { f0, .. } => f0,
+            Bsdf::Glass { tint, .. } | Bsdf::RoughGlass { tint, .. } => tint,
+        }
+    }
+
+    /// Roughness that decides the class rough or specular: 1 for Lambert, 0 for deltas, else the GGX
+    /// alpha; for rough glass scaled by how strongly it bends, since at an index near 1 what passes
+    /// keeps its direction however rough the surface is.
+    pub fn roughness(&self) -> f32 {
+        match *self {
+            Bsdf::Lambert { .. } => 1.0,
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } => 0.0,
+            Bsdf::Conductor { alpha, .. } => alpha,
+            Bsdf::RoughGlass { ior, alpha, .. } => alpha * ((ior - 1.0).abs() * 4.0).min(1.0),
+        }
+    }
+}

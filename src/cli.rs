@@ -1,0 +1,232 @@
+//! The command line: definitions only.
+
+use crate::gradient::Weights;
+use crate::render::Method;
+use crate::trace::Backend;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// A gradient-domain path tracer for OBJ scenes.
+#[derive(Debug, Parser)]
+#[command(name = "gdpt", version, about, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render an OBJ scene
+    Render(Box<RenderArgs>),
+}
+
+/// `gdpt render`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gdpt render scene.obj -o out.exr                     64 samples, default camera or scene.toml
+  gdpt render scene.obj -o out.png --time 30s          as many samples as fit in 30 seconds
+  gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
+  gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
+
+Exit codes: 0 done, 1 failed, 2 wrong usage, 130 ended by Ctrl-C (what there was is written).")]
+pub struct RenderArgs {
+    /// The scene; materials from its MTL, camera and environment from SCENE.toml beside it
+    pub scene: PathBuf,
+
+    /// Where the picture goes: .exr (all layers, 32-bit float) or .png (tone-mapped)
+    #[arg(short, long)]
+    pub output: PathBuf,
+
+    /// Also write a tone-mapped PNG
+    #[arg(long, value_name = "FILE")]
+    pub preview: Option<PathBuf>,
+
+    /// Also write the summary as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// Path tracing (pt) or gradient-domain path tracing (gpt)
+    #[arg(long, default_value = "gpt")]
+    pub method: Method,
+
+    /// Samples per pixel [default: 64, or no limit with --time]
+    #[arg(long)]
+    pub spp: Option<u64>,
+
+    /// Stop after this time, such as 30s, 5m or 1h30m
+    #[arg(long, value_parser = duration)]
+    pub time: Option<Duration>,
+
+    /// Longest light path in segments; 1 is light seen directly, 2 direct lighting
+    #[arg(long, default_value_t = 12)]
+    pub depth: u32,
+
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+
+    /// Number of threads [default: all]
+    #[arg(long)]
+    pub threads: Option<usize>,
+
+    /// How the picture is made of primal and gradients [default: l2 for gpt, none for pt]
+    #[arg(long)]
+    pub reconstruct: Option<Reconstruct>,
+
+    /// Weight of the primal against the gradients in the reconstruction
+    #[arg(long, default_value_t = 0.2)]
+    pub alpha: f32,
+
+    /// Weights of the two directions of a shift
+    #[arg(long, default_value = "mis")]
+    pub weights: Weights,
+
+    /// Surfaces of at most this GGX roughness (alpha) copy half vectors and take no light samples
+    #[arg(long, default_value_t = 0.05)]
+    pub roughness_threshold: f32,
+
+    /// Pixel filter
+    #[arg(long, default_value = "box")]
+    pub filter: Filter,
+
+    /// Ray traversal
+    #[arg(long, default_value = Backend::DEFAULT.name())]
+    pub backend: Backend,
+
+    /// Picture size in pixels [default: the scene's, or 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// Camera position
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub origin: Option<[f32; 3]>,
+
+    /// Point that the camera looks at
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub target: Option<[f32; 3]>,
+
+    /// Direction that is upwards in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub up: Option<[f32; 3]>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, allow_hyphen_values = true)]
+    pub fov: Option<f32>,
+
+    /// Constant radiance from all directions
+    #[arg(long, value_name = "R,G,B", value_parser = vector, allow_hyphen_values = true)]
+    pub environment: Option<[f32; 3]>,
+
+    /// Brighten PNG pictures by this many stops
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+
+    /// Warnings are errors
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Print errors only
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How the picture is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Reconstruct {
+    /// Least squares, exactly; unbiased.
+    L2,
+    /// Least absolute residuals; robust, slightly biased.
+    L1,
+    /// The primal as it is.
+    None,
+}
+
+/// Pixel filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Filter {
+    /// The pixel's area.
+    Box,
+}
+
+fn vector(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|x| x.trim().parse().ok())
+        .filter(|x: &f32| x.is_finite())
+        .collect();
+    match numbers.try_into() {
+        Ok(v) if text.split(',').count() == 3 => Ok(v),
+        _ => Err("needs three numbers with commas between, such as 0,1,4.2".into()),
+    }
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    parts.ok_or_else(|| "needs two whole numbers with x between, such as 640x480".into())
+}
+
+/// `90`, `90s`, `5m`, `1h30m`, `1.5m`.
+fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || "needs a time such as 30s, 5m or 1h30m".to_owned();
+    let mut seconds = 0.0;
+    let mut rest = text;
+    while !rest.is_empty() {
+        let digits = rest
+            .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .unwrap_or(rest.len());
+        let value: f64 = rest[..digits].parse().map_err(|_| wrong())?;
+        let (unit, length) = match rest[digits..].chars().next() {
+            None | Some('s') => (1.0, 1),
+            Some('m') => (60.0, 1),
+            Some('h') => (3600.0, 1),
+            Some(_) => return Err(wrong()),
+        };
+        seconds += value * unit;
+        rest = rest.get(digits + length..).unwrap_or("");
+    }
+    if seconds > 0.0 && seconds < 1e9 {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(wrong())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_parsed() {
+        assert_eq!(vector("0, -1,4.5"), Ok([0.0, -1.0, 4.5]));
+        for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        for bad in ["640", "640x", "-1x3", "1e9x2"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        for (text, want) in [
+            ("30s", 30.0),
+            ("5m", 300.0),
+            ("1h30m", 5400.0),
+            ("2", 2.0),
+            ("0.5s", 0.5),
+        ] {
+            assert_eq!(duration(text).unwrap().as_secs_f64(), want);
+        }
+        for bad in ["", "0s", "s", "3d", "1.2.3s", "-1s"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+}

@@ -1,0 +1,325 @@
+//! The film: sums over all samples, in two independent halves (method.md section 5).
+//!
+//! It is kept tile by tile, so that threads never share memory. A difference between two pixels is the
+//! sum of what the base paths of both say; at the border of a tile the second part belongs to the
+//! neighbouring tile, and is added after the pass. Everywhere the order is the same: the pixel's own
+//! part, then its neighbour's. So the bits depend neither on the number of threads nor on the tiles.
+
+use crate::gradient::Neighbour;
+use crate::image::Image;
+use crate::path::Tile;
+use crate::sums::{PixelSums, TileSums};
+use glam::Vec3;
+
+/// Sums of one half at one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct HalfPixel {
+    primal: Vec3,
+    /// Difference to the right neighbour.
+    dx: Vec3,
+    /// Difference to the lower neighbour.
+    dy: Vec3,
+    primal_sq: Vec3,
+    dx_sq: Vec3,
+    dy_sq: Vec3,
+}
+
+/// Sums at one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Pixel {
+    halves: [HalfPixel; 2],
+    direct: Vec3,
+    albedo: Vec3,
+    normal: Vec3,
+    depth: f32,
+    hits: u32,
+    dropped: u32,
+}
+
+/// Bytes of film for each pixel.
+pub const BYTES_PER_PIXEL: usize = size_of::<Pixel>();
+
+/// The sums of a tile's pixels.
+#[derive(Clone, Debug)]
+pub struct FilmTile {
+    /// Which pixels.
+    pub tile: Tile,
+    pixels: Vec<Pixel>,
+}
+
+/// What the first column and the first row of a tile say of the differences that belong to the tiles
+/// to the left and above: value and square for each half.
+#[derive(Clone, Debug)]
+pub struct Borders {
+    left: Vec<[(Vec3, Vec3); 2]>,
+    up: Vec<[(Vec3, Vec3); 2]>,
+}
+
+/// The film.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Side of a tile; those at the right and lower border may be smaller.
+    tile_size: u32,
+    /// Row by row.
+    pub tiles: Vec<FilmTile>,
+    /// Number of samples in each half, the same for all pixels.
+    pub samples: [u64; 2],
+}
+
+/// Means over the samples, and the variances of these means. Differences are right (dx) or lower (dy)
+/// neighbour minus pixel; those across the film's border are 0.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// The path-traced image without light seen directly.
+    pub primal: Image,
+    /// Differences to the right.
+    pub dx: Image,
+    /// Differences downwards.
+    pub dy: Image,
+    /// Variance of `primal`. From the second moments of low-discrepancy samples, so rather too large.
+    pub primal_variance: Image,
+    /// Variance of `dx`.
+    pub dx_variance: Image,
+    /// Variance of `dy`.
+    pub dy_variance: Image,
+}
+
+/// Means of what the camera rays met.
+#[derive(Clone, Debug)]
+pub struct FirstHits {
+    /// Light seen directly, with a radiance of its own or from the environment ("very direct").
+    pub direct: Image,
+    /// Albedo.
+    pub albedo: Image,
+    /// Shading normal in world coordinates, on the side of the camera; 0 where nothing is hit.
+    pub normal: Image,
+    /// Distance from the camera; 0 where nothing is hit.
+    pub depth: Vec<f32>,
+    /// Samples dropped.
+    pub dropped: Vec<f32>,
+}
+
+/// The halves of the film that an estimate is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Halves {
+    /// The first half alone.
+    A,
+    /// The second half alone.
+    B,
+    /// All samples.
+    Both,
+}
+
+impl FilmTile {
+    /// Adds the sums of a pass, and returns what belongs to neighbouring tiles.
+    pub fn add(&mut self, sums: &TileSums) -> Borders {
+        let (width, height) = (self.tile.width as usize, self.tile.height as usize);
+        for (index, pixel) in self.pixels.iter_mut().enumerate() {
+            let own = &sums.pixels[index];
+            let right = (index % width + 1 < width).then(|| &sums.pixels[index + 1]);
+            let below = (index / width + 1 < height).then(|| &sums.pixels[index + width]);
+            for (h, half) in pixel.halves.iter_mut().enumerate() {
+                let from = &own.halves[h];
+                half.primal += from.primal;
+                half.primal_sq += from.primal_sq;
+                half.dx += from.to[Neighbour::Right as usize];
+                half.dx_sq += from.to_sq[Neighbour::Right as usize];
+                half.dy += from.to[Neighbour::Down as usize];
+                half.dy_sq += from.to_sq[Neighbour::Down as usize];
+                if let Some(right) = right {
+                    half.add_right(part(right, h, Neighbour::Left));
+                }
+                if let Some(below) = below {
+                    half.add_below(part(below, h, Neighbour::Up));
+                }
+                pixel.direct += from.direct;
+            }
+            pixel.albedo += own.albedo;
+            pixel.normal += own.normal;
+            pixel.depth += own.depth;
+            pixel.hits += own.hits;
+            pixel.dropped += own.dropped;
+        }
+        let both = |p: &PixelSums, n| [0, 1].map(|h| part(p, h, n));
+        Borders {
+            left: (0..height)
+                .map(|y| both(&sums.pixels[y * width], Neighbour::Left))
+                .collect(),
+            up: (0..width)
+                .map(|x| both(&sums.pixels[x], Neighbour::Up))
+                .collect(),
+        }
+    }
+}
+
+/// What one pixel says of its difference to a neighbour: sum and sum of squares.
+#[inline]
+fn part(pixel: &PixelSums, half: usize, neighbour: Neighbour) -> (Vec3, Vec3) {
+    let half = &pixel.halves[half];
+    (half.to[neighbour as usize], half.to_sq[neighbour as usize])
+}
+
+impl HalfPixel {
+    /// Adds what the right neighbour says, own minus neighbour.
+    #[inline]
+    fn add_right(&mut self, (value, square): (Vec3, Vec3)) {
+        self.dx -= value;
+        self.dx_sq += square;
+    }
+
+    /// Adds what the neighbour below says.
+    #[inline]
+    fn add_below(&mut self, (value, square): (Vec3, Vec3)) {
+        self.dy -= value;
+        self.dy_sq += square;
+    }
+}
+
+impl Film {
+    /// All zero, in tiles of `tile_size` pixels a side.
+    pub fn new(width: u32, height: u32, tile_size: u32) -> Self {
+        let steps = |n: u32| (0..n).step_by(tile_size as usize);
+        let tiles = steps(height)
+            .flat_map(|y| steps(width).map(move |x| (x, y)))
+            .map(|(x, y)| {
+                let tile = Tile {
+                    x,
+                    y,
+                    width: tile_size.min(width - x),
+                    height: tile_size.min(height - y),
+                };
+                let pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
+                FilmTile { tile, pixels }
+            })
+            .collect();
+        Self {
+            width,
+            height,
+            tile_size,
+            tiles,
+            samples: [0; 2],
+        }
+    }
+
+    /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `borders` are
+    /// in the order of the tiles; `samples` counts those of the pass in each half.
+    pub fn end_pass(&mut self, borders: &[Borders], samples: [u64; 2]) {
+        let columns = self.width.div_ceil(self.tile_size) as usize;
+        for (index, borders) in borders.iter().enumerate() {
+            if index % columns > 0 {
+                let tile = &mut self.tiles[index - 1];
+                let width = tile.tile.width as usize;
+                for (y, parts) in borders.left.iter().enumerate() {
+                    let pixel = &mut tile.pixels[y * width + width - 1];
+                    pixel
+                        .halves
+                        .iter_mut()
+                        .zip(parts)
+                        .for_each(|(half, &p)| half.add_right(p));
+                }
+            }
+            if index >= columns {
+                let tile = &mut self.tiles[index - columns];
+                let (width, height) = (tile.tile.width as usize, tile.tile.height as usize);
+                for (x, parts) in borders.up.iter().enumerate() {
+                    let pixel = &mut tile.pixels[(height - 1) * width + x];
+                    pixel
+                        .halves
+                        .iter_mut()
+                        .zip(parts)
+                        .for_each(|(half, &p)| half.add_below(p));
+                }
+            }
+        }
+        self.samples[0] += samples[0];
+        self.samples[1] += samples[1];
+    }
+
+    /// Visits every pixel with its index `y * width + x` in the image.
+    fn for_each(&self, mut visit: impl FnMut(usize, &Pixel)) {
+        for FilmTile { tile, pixels } in &self.tiles {
+            for (index, pixel) in pixels.iter().enumerate() {
+                let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
+                visit(((tile.y + y) * self.width + tile.x + x) as usize, pixel);
+            }
+        }
+    }
+
+    fn image(&self) -> Image {
+        Image::new(self.width as usize, self.height as usize)
+    }
+
+    /// Means and variances of one half or of all samples. All 0 where there are no samples.
+    pub fn estimate(&self, halves: Halves) -> Estimate {
+        let (range, n) = match halves {
+            Halves::A => (0..1, self.samples[0]),
+            Halves::B => (1..2, self.samples[1]),
+            Halves::Both => (0..2, self.samples[0] + self.samples[1]),
+        };
+        let mut e = Estimate {
+            primal: self.image(),
+            dx: self.image(),
+            dy: self.image(),
+            primal_variance: self.image(),
+            dx_variance: self.image(),
+            dy_variance: self.image(),
+        };
+        if n == 0 {
+            return e;
+        }
+        let n = n as f32;
+        // Of a mean over n samples; with one sample alone there is no telling.
+        let variance = |sum_sq: Vec3, mean_sq: Vec3| {
+            let spread = (sum_sq / n - mean_sq).max(Vec3::ZERO);
+            if n > 1.0 { spread / (n - 1.0) } else { spread }
+        };
+        self.for_each(|index, pixel| {
+            let mut sum = HalfPixel::default();
+            for half in &pixel.halves[range.clone()] {
+                sum.primal += half.primal;
+                sum.dx += half.dx;
+                sum.dy += half.dy;
+                sum.primal_sq += half.primal_sq;
+                sum.dx_sq += half.dx_sq;
+                sum.dy_sq += half.dy_sq;
+            }
+            let (primal, dx, dy) = (sum.primal / n, sum.dx / n, sum.dy / n);
+            e.primal.set(index, primal);
+            e.dx.set(index, dx);
+            e.dy.set(index, dy);
+            e.primal_variance
+                .set(index, variance(sum.primal_sq, primal * primal));
+            // A difference is the sum of two independent parts, of which only the sum of the squares
+            // is kept: with means a and b it misses a² + b² ≥ (a + b)²/2.
+            e.dx_variance.set(index, variance(sum.dx_sq, dx * dx * 0.5));
+            e.dy_variance.set(index, variance(sum.dy_sq, dy * dy * 0.5));
+        });
+        e
+    }
+
+    /// Means of what the camera rays met.
+    pub fn first_hits(&self) -> FirstHits {
+        let mut hits = FirstHits {
+            direct: self.image(),
+            albedo: self.image(),
+            normal: self.image(),
+            depth: self.image().channels[0].clone(),
+            dropped: self.image().channels[0].clone(),
+        };
+        let n = (self.samples[0] + self.samples[1]).max(1) as f32;
+        self.for_each(|index, pixel| {
+            hits.direct.set(index, pixel.direct / n);
+            hits.albedo.set(index, pixel.albedo / n);
+            hits.normal.set(index, pixel.normal / n);
+            hits.depth[index] = pixel.depth / pixel.hits.max(1) as f32;
+            hits.dropped[index] = pixel.dropped as f32;
+        });
+        hits
+    }
+}
+
+const _: () = assert!(BYTES_PER_PIXEL <= 250);

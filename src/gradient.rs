@@ -1,0 +1,139 @@
+//! The gradient estimate: what one base path and its offset path add to a difference of two pixels
+//! (Kettunen et al. 2015, sections 5.1 and 5.3; method.md section 2).
+
+use glam::Vec3;
+
+/// How the two shifts that estimate one difference, i → j and j → i, are weighted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum Weights {
+    /// The balance heuristic over both directions and both techniques.
+    Mis,
+    /// One half where the shift holds, 1 where it is dead (Manzi et al. 2014).
+    Symmetric,
+}
+
+/// The pixels with which a pixel shares a difference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Neighbour {
+    /// The pixel to the right.
+    Right,
+    /// The pixel to the left.
+    Left,
+    /// The pixel below.
+    Down,
+    /// The pixel above.
+    Up,
+}
+
+impl Neighbour {
+    /// All, in the order of their numbers.
+    pub const ALL: [Neighbour; 4] = [
+        Neighbour::Right,
+        Neighbour::Left,
+        Neighbour::Down,
+        Neighbour::Up,
+    ];
+
+    /// Step to the neighbour in pixels, to the right and down.
+    #[inline]
+    pub fn step(self) -> (i32, i32) {
+        [(1, 0), (-1, 0), (0, 1), (0, -1)][self as usize]
+    }
+}
+
+/// A complete base path x, sampled by technique t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Base {
+    /// F = f(x)/p_t(x).
+    pub value: Vec3,
+    /// Σ_s p_s(x)/p_t(x) over the techniques s, ≥ 1.
+    pub densities: f32,
+}
+
+/// Its offset path y = T(x). Both 0 where the shift is dead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// Y = f(y)|T'|/p_t(x).
+    pub value: Vec3,
+    /// Σ_s p_s(y)|T'|/p_t(x) over the techniques s.
+    pub densities: f32,
+}
+
+impl Shift {
+    /// A dead shift.
+    pub const DEAD: Self = Self {
+        value: Vec3::ZERO,
+        densities: 0.0,
+    };
+}
+
+impl Base {
+    /// What the path adds to the primal: F weighted by the balance heuristic over the techniques.
+    #[inline]
+    pub fn primal(&self) -> Vec3 {
+        self.value / self.densities
+    }
+
+    /// What the path adds to the difference from its own pixel to the neighbour, w·(Y − F).
+    #[inline]
+    pub fn difference(&self, shift: &Shift, weights: Weights) -> Vec3 {
+        (shift.value - self.value) * self.weight(shift, weights)
+    }
+
+    /// The weight w. Over all techniques and both directions the weights of one path pair add to 1.
+    #[inline]
+    pub fn weight(&self, shift: &Shift, weights: Weights) -> f32 {
+        match weights {
+            Weights::Mis => 1.0 / (self.densities + shift.densities),
+            Weights::Symmetric if shift.densities > 0.0 => 0.5 / self.densities,
+            Weights::Symmetric => 1.0 / self.densities,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// One pair of paths, four ways to make it: two techniques in each of two pixels. From each
+        /// the others are seen through ratios; the weights must add to 1.
+        #[test]
+        fn weights_add_to_one(
+            // Densities of x and of y by light and by BSDF sampling; 0 where a segment is blocked.
+            light in (0.01f32..10.0, 0.01f32..10.0),
+            bsdf in (prop_oneof![Just(0.0), 0.01f32..10.0], prop_oneof![Just(0.0), 0.01f32..10.0]),
+            jacobian in 0.05f32..20.0,
+        ) {
+            for weights in [Weights::Mis, Weights::Symmetric] {
+                let mut sum = 0.0;
+                for (x, y, j) in [
+                    ((light.0, bsdf.0), (light.1, bsdf.1), jacobian),
+                    ((light.1, bsdf.1), (light.0, bsdf.0), 1.0 / jacobian),
+                ] {
+                    for own in [x.0, x.1] {
+                        if own == 0.0 {
+                            continue;
+                        }
+                        let base = Base { value: Vec3::ONE, densities: (x.0 + x.1) / own };
+                        let shift = Shift { value: Vec3::ONE, densities: (y.0 + y.1) * j / own };
+                        sum += base.weight(&shift, weights);
+                    }
+                }
+                prop_assert!((sum - 1.0).abs() < 1e-5, "{weights:?}: {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_dead_shift_leaves_all_the_weight_to_its_base() {
+        let base = Base {
+            value: Vec3::splat(3.0),
+            densities: 1.5,
+        };
+        for weights in [Weights::Mis, Weights::Symmetric] {
+            assert_eq!(base.difference(&Shift::DEAD, weights), Vec3::splat(-2.0));
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Files to data: OBJ, MTL and the TOML beside them, as written. Nothing is interpreted here; what a
+//! material means is for `scene` to say.
+
+pub mod mtl;
+pub mod obj;
+mod scan;
+pub mod sidecar;
+
+use crate::error::{Error, Result};
+
+/// Runs a parser of another crate and turns a panic inside it into an error message. The hook that
+/// prints panics must be silenced by [`inside_parser`].
+pub(crate) fn guarded<T>(parse: impl FnOnce() -> T) -> std::result::Result<T, ()> {
+    PARSING.with(|p| p.set(true));
+    let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(parse));
+    PARSING.with(|p| p.set(false));
+    result.map_err(|_| ())
+}
+
+thread_local! {
+    static PARSING: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Whether this thread is inside another crate's parser, whose panics become errors.
+pub fn inside_parser() -> bool {
+    PARSING.with(std::cell::Cell::get)
+}
+
+/// The bytes of a file; a directory or an empty file is an error that says so.
+fn check_readable(path: &std::path::Path) -> Result<()> {
+    let meta = std::fs::metadata(path).map_err(Error::io(path, "cannot be read"))?;
+    if meta.is_dir() {
+        return Err(Error::input(path, None, "is a directory, not a file"));
+    }
+    if meta.len() == 0 {
+        return Err(Error::input(path, None, "is empty"));
+    }
+    Ok(())
+}

@@ -1,0 +1,228 @@
+//! A first pass over the lines of an OBJ file: which materials and libraries it names, and whether its
+//! faces have normals throughout. The parser itself (tobj) tells neither, nor the line of an error; so
+//! after an error a second, exact pass finds the line to name.
+
+use crate::error::{Error, Result};
+use std::collections::HashMap;
+use std::io::BufRead;
+use std::path::Path;
+
+/// What the first pass finds.
+#[derive(Debug, Default)]
+pub struct Outline {
+    /// `mtllib` arguments with their lines, in order.
+    pub libraries: Vec<(String, usize)>,
+    /// `usemtl` arguments with the line of the first use, in order of first use.
+    pub materials: Vec<(String, usize)>,
+    /// Whether there are faces with normals.
+    pub smooth_faces: bool,
+    /// Whether there are faces without normals.
+    pub flat_faces: bool,
+    /// Whether the file is UTF-8 throughout.
+    pub utf8: bool,
+}
+
+/// The rest of the line after its first word, trimmed.
+fn argument<'a>(line: &'a str, word: &str) -> &'a str {
+    line[word.len()..].trim()
+}
+
+/// Whether a face's line gives normal indices.
+pub fn has_normals(line: &str) -> bool {
+    line.split_whitespace().nth(1).is_some_and(|v| {
+        let mut parts = v.split('/');
+        parts.nth(2).is_some_and(|n| !n.is_empty())
+    })
+}
+
+/// Reads the outline of an OBJ file.
+pub fn outline(path: &Path, mut reader: impl BufRead) -> Result<Outline> {
+    let mut out = Outline {
+        utf8: true,
+        ..Default::default()
+    };
+    let mut seen = HashMap::new();
+    let mut buffer = Vec::new();
+    for number in 1.. {
+        buffer.clear();
+        let read = reader
+            .read_until(b'\n', &mut buffer)
+            .map_err(Error::io(path, "cannot be read"))?;
+        if read == 0 {
+            break;
+        }
+        out.utf8 &= std::str::from_utf8(&buffer).is_ok();
+        match buffer.first() {
+            Some(b'f') if !(out.smooth_faces && out.flat_faces) => {
+                note_face(&mut out, &String::from_utf8_lossy(&buffer));
+            }
+            Some(b'm' | b'u' | b' ' | b'\t') => {
+                let line = String::from_utf8_lossy(&buffer);
+                let line = line.trim();
+                match line.split_whitespace().next() {
+                    Some(word @ "mtllib") => {
+                        out.libraries
+                            .push((argument(line, word).to_owned(), number));
+                    }
+                    Some(word @ "usemtl") => {
+                        let name = argument(line, word).to_owned();
+                        if seen.insert(name.clone(), ()).is_none() {
+                            out.materials.push((name, number));
+                        }
+                    }
+                    Some("f") => note_face(&mut out, line),
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(out)
+}
+
+fn note_face(out: &mut Outline, line: &str) {
+    if has_normals(line) {
+        out.smooth_faces = true;
+    } else {
+        out.flat_faces = true;
+    }
+}
+
+/// What the second pass looks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// A line that is malformed, a coordinate that is not finite, or a face with an index out of range.
+    Broken,
+    /// A face without area.
+    NoArea,
+    /// A normal that is zero or not finite.
+    BadNormal,
+}
+
+/// The first line with the defect, and what is wrong with it.
+pub fn locate(mut reader: impl BufRead, defect: Defect) -> Option<(usize, String)> {
+    let mut positions: Vec<[f32; 3]> = Vec::new();
+    let (mut normals, mut texcoords) = (0usize, 0usize);
+    let mut buffer = Vec::new();
+    for number in 1.. {
+        buffer.clear();
+        if reader.read_until(b'\n', &mut buffer).ok()? == 0 {
+            break;
+        }
+        let Ok(line) = std::str::from_utf8(&buffer) else {
+            continue;
+        };
+        let mut words = line.split_whitespace();
+        let broken = |what: String| (defect == Defect::Broken).then_some((number, what));
+        match words.next() {
+            Some("v") => {
+                let Some(p) = floats::<3>(&mut words) else {
+                    if let Some(found) = broken("a vertex needs three numbers".into()) {
+                        return Some(found);
+                    }
+                    continue;
+                };
+                if !p.iter().all(|x| x.is_finite()) {
+                    if let Some(found) = broken("a vertex coordinate is not a finite number".into())
+                    {
+                        return Some(found);
+                    }
+                }
+                positions.push(p);
+            }
+            Some("vn") => {
+                normals += 1;
+                let n = floats::<3>(&mut words);
+                let good = |n: [f32; 3]| n.iter().all(|x| x.is_finite()) && n != [0.0; 3];
+                if n.is_none() {
+                    if let Some(found) = broken("a normal needs three numbers".into()) {
+                        return Some(found);
+                    }
+                } else if defect == Defect::BadNormal && !n.is_some_and(good) {
+                    return Some((number, "a normal is zero or not finite".into()));
+                }
+            }
+            Some("vt") => {
+                texcoords += 1;
+                if floats::<2>(&mut words).is_none() {
+                    if let Some(found) = broken("a texture coordinate needs two numbers".into()) {
+                        return Some(found);
+                    }
+                }
+            }
+            Some("f") => {
+                let counts = [positions.len(), texcoords, normals];
+                match face(words, counts) {
+                    Err(what) => {
+                        if let Some(found) = broken(what) {
+                            return Some(found);
+                        }
+                    }
+                    Ok(corners) if defect == Defect::NoArea => {
+                        let at = |i: usize| glam::Vec3::from(positions[corners[i]]).as_dvec3();
+                        let flat = (2..corners.len())
+                            .any(|i| (at(i - 1) - at(0)).cross(at(i) - at(0)).length() == 0.0);
+                        if flat {
+                            return Some((number, "a face has no area".into()));
+                        }
+                    }
+                    Ok(_) => {}
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+fn floats<const N: usize>(words: &mut std::str::SplitWhitespace) -> Option<[f32; N]> {
+    let mut out = [0.0; N];
+    for x in &mut out {
+        *x = words.next()?.parse().ok()?;
+    }
+    Some(out)
+}
+
+/// The position indices of a face, from 0; `counts` are the positions, texture coordinates and normals
+/// so far.
+fn face(
+    words: std::str::SplitWhitespace,
+    counts: [usize; 3],
+) -> std::result::Result<Vec<usize>, String> {
+    const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+    let mut corners = Vec::new();
+    for word in words {
+        let mut first = None;
+        for (kind, part) in word.split('/').enumerate() {
+            if kind >= 3 {
+                return Err(format!("a face corner has too many parts: '{word}'"));
+            }
+            if part.is_empty() {
+                continue;
+            }
+            let index: i64 = part
+                .parse()
+                .map_err(|_| format!("a face index is not a whole number: '{word}'"))?;
+            let count = counts[kind];
+            let from_zero = if index < 0 {
+                count as i64 + index
+            } else {
+                index - 1
+            };
+            if from_zero < 0 || from_zero >= count as i64 {
+                return Err(format!(
+                    "a face names {} {index}, of {count} so far",
+                    KINDS[kind]
+                ));
+            }
+            if kind == 0 {
+                first = Some(from_zero as usize);
+            }
+        }
+        corners.push(first.ok_or_else(|| format!("a face corner names no vertex: '{word}'"))?);
+    }
+    if corners.len() < 3 {
+        return Err("a face needs at least three corners".into());
+    }
+    Ok(corners)
+}

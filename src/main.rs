@@ -1,0 +1,41 @@
+//! The program `gdpt`.
+
+use clap::Parser;
+use gdpt::app::{self, Ended};
+use gdpt::cli::{Cli, Command};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+const INTERRUPTED: u8 = 130;
+
+fn main() -> ExitCode {
+    // Panics inside parsers of other crates become error messages; they need not be printed too.
+    let print_panic = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if !gdpt::load::inside_parser() {
+            print_panic(info);
+        }
+    }));
+    // The first Ctrl-C ends after the pass and writes what there is; the second ends at once.
+    let handler = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::SeqCst) {
+            std::process::exit(i32::from(INTERRUPTED));
+        }
+    });
+    if let Err(e) = handler {
+        eprintln!("warning: Ctrl-C will end at once, without a picture: {e}");
+    }
+
+    let result = match Cli::parse().command {
+        Command::Render(args) => app::render(&args, &|| STOP.load(Ordering::SeqCst)),
+    };
+    match result {
+        Ok(Ended::Done) => ExitCode::SUCCESS,
+        Ok(Ended::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(e) => {
+            eprintln!("error: {e}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! OpenEXR: one part, 32-bit float. The picture is `R`, `G`, `B`; all else has dotted names.
+
+use super::write_whole;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use exr::prelude::*;
+use std::path::Path;
+
+/// The layers of an EXR file, in any order.
+#[derive(Debug, Default)]
+pub struct Layers {
+    channels: Vec<(String, Vec<f32>)>,
+    attributes: Vec<(String, String)>,
+}
+
+impl Layers {
+    /// The picture itself.
+    pub fn picture(&mut self, image: &Image) {
+        self.named(["R", "G", "B"].map(str::to_owned), image);
+    }
+
+    /// A colour layer `name.R`, `name.G`, `name.B`.
+    pub fn colour(&mut self, name: &str, image: &Image) {
+        self.named(["R", "G", "B"].map(|c| format!("{name}.{c}")), image);
+    }
+
+    /// A vector layer `name.X`, `name.Y`, `name.Z`.
+    pub fn vector(&mut self, name: &str, image: &Image) {
+        self.named(["X", "Y", "Z"].map(|c| format!("{name}.{c}")), image);
+    }
+
+    /// A single channel.
+    pub fn channel(&mut self, name: &str, values: Vec<f32>) {
+        self.channels.push((name.to_owned(), values));
+    }
+
+    /// A text in the header.
+    pub fn attribute(&mut self, name: &str, value: impl Into<String>) {
+        self.attributes.push((name.to_owned(), value.into()));
+    }
+
+    fn named(&mut self, names: [String; 3], image: &Image) {
+        for (name, values) in names.into_iter().zip(&image.channels) {
+            self.channels.push((name, values.clone()));
+        }
+    }
+
+    /// Writes the file.
+    pub fn write(self, path: &Path, width: usize, height: usize) -> Result<()> {
+        let text = |s: &str| {
+            Text::new_or_none(s).ok_or_else(|| Error::Setting(format!("'{s}' is no EXR text")))
+        };
+        let mut list = SmallVec::new();
+        for (name, values) in self.channels {
+            list.push(AnyChannel::new(text(&name)?, FlatSamples::F32(values)));
+        }
+        let mut attributes = LayerAttributes {
+            ..Default::default()
+        };
+        for (name, value) in self.attributes {
+            attributes
+                .other
+                .insert(text(&name)?, AttributeValue::Text(text(&value)?));
+        }
+        let layer = Layer::new(
+            (width, height),
+            attributes,
+            Encoding::FAST_LOSSLESS,
+            AnyChannels::sort(list),
+        );
+        let image = exr::image::Image::from_layer(layer);
+        write_whole(path, |file| {
+            image.write().to_buffered(file).map_err(|e| match e {
+                exr::error::Error::Io(e) => e,
+                e => std::io::Error::other(e.to_string()),
+            })
+        })
+    }
+}

@@ -1,0 +1,55 @@
+//! Pictures and statistics to files: whole or not at all.
+
+pub mod exr;
+pub mod png;
+pub mod stats;
+
+use crate::error::{Error, Result};
+use std::fs::Permissions;
+use std::io::{BufWriter, Seek, Write};
+use std::path::Path;
+
+/// What `write` writes to `path`, by way of a temporary file in the same folder that is renamed at the
+/// end: a reader never sees half a file, and a failure leaves what was there.
+pub fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+) -> Result<()> {
+    let failed = |e| Error::io(path, "cannot be written")(e);
+    let mut file = temporary_beside(path).map_err(failed)?;
+    let mut buffer = BufWriter::new(file.as_file_mut());
+    write(&mut buffer)
+        .and_then(|()| buffer.flush())
+        .map_err(failed)?;
+    drop(buffer);
+    file.as_file_mut().rewind().map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// Whether a file can be written at `path`: found out before hours of rendering, not after.
+pub fn check_writable(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::input(
+            path,
+            None,
+            "is a directory; name a file in it",
+        ));
+    }
+    temporary_beside(path)
+        .map(drop)
+        .map_err(Error::io(path, "cannot be written"))
+}
+
+fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".gdpt-").suffix(".part");
+    // As any new file; the process's umask is applied.
+    #[cfg(unix)]
+    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    builder.tempfile_in(folder)
+}

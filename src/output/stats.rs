@@ -1,0 +1,115 @@
+//! The summary of a render: for people and for machines.
+
+use super::write_whole;
+use crate::error::Result;
+use crate::path::Counts;
+use crate::shift::Death;
+use crate::trace::RayKind;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What `--stats` writes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Stats {
+    /// Version of this program.
+    pub version: &'static str,
+    /// The OBJ.
+    pub scene: String,
+    /// Fingerprint of geometry, materials, light and camera, in hexadecimal.
+    pub scene_hash: String,
+    /// Settings by name.
+    pub settings: BTreeMap<&'static str, String>,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Triangles of the scene.
+    pub triangles: usize,
+    /// Samples of every pixel.
+    pub samples: u64,
+    /// Whether it ended before the samples that were asked for, on a signal.
+    pub interrupted: bool,
+    /// Seconds reading the scene.
+    pub seconds_loading: f64,
+    /// Seconds building the acceleration structure.
+    pub seconds_building: f64,
+    /// Seconds tracing paths.
+    pub seconds_tracing: f64,
+    /// Seconds reconstructing.
+    pub seconds_solving: f64,
+    /// Iterations of the solver, 0 for a direct solve.
+    pub solver_iterations: usize,
+    /// Relative residual of the solver, 0 for a direct solve.
+    pub solver_residual: f64,
+    /// Rays by kind.
+    pub rays: BTreeMap<&'static str, u64>,
+    /// Million rays per second of tracing.
+    pub mrays_per_second: f64,
+    /// Dead shifts by reason.
+    pub dead_shifts: BTreeMap<&'static str, u64>,
+    /// Samples dropped because they were not finite.
+    pub dropped: u64,
+    /// Bytes of film for each pixel.
+    pub film_bytes_per_pixel: usize,
+    /// Warnings of the whole run.
+    pub warnings: Vec<String>,
+}
+
+impl Stats {
+    /// Takes over the counts of the tracer.
+    pub fn count(&mut self, counts: &Counts) {
+        self.rays = RayKind::ALL
+            .iter()
+            .map(|k| (k.name(), counts.rays[k.index()]))
+            .collect();
+        self.dead_shifts = Death::ALL
+            .iter()
+            .map(|d| (d.name(), counts.deaths[*d as usize]))
+            .collect();
+        self.dropped = counts.dropped;
+        let rays: u64 = counts.rays.iter().sum();
+        self.mrays_per_second = rays as f64 / 1e6 / self.seconds_tracing.max(1e-9);
+    }
+
+    /// Writes it as JSON.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_whole(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self)?;
+            std::io::Write::write_all(file, b"\n")
+        })
+    }
+
+    /// The summary in a few lines.
+    pub fn summary(&self) -> String {
+        let rays: u64 = self.rays.values().sum();
+        let mut text = format!(
+            "{} samples per pixel, {}x{}: {:.2} s tracing ({:.1} Mray, {:.1} Mray/s), {:.2} s solving",
+            self.samples,
+            self.width,
+            self.height,
+            self.seconds_tracing,
+            rays as f64 / 1e6,
+            self.mrays_per_second,
+            self.seconds_solving,
+        );
+        if self.solver_iterations > 0 {
+            text += &format!(
+                " ({} iterations, residual {:.1e})",
+                self.solver_iterations, self.solver_residual
+            );
+        }
+        let dead: u64 = self.dead_shifts.values().sum();
+        if dead > 0 {
+            let reasons: Vec<String> = self
+                .dead_shifts
+                .iter()
+                .filter(|(_, n)| **n > 0)
+                .map(|(name, n)| format!("{name} {n}"))
+                .collect();
+            text += &format!("\n{dead} dead shifts: {}", reasons.join(", "));
+        }
+        text += &format!("\n{} samples dropped", self.dropped);
+        text
+    }
+}

@@ -1,0 +1,368 @@
+//! The bounce step: every base path scatters, and its offset paths follow by reconnection or by
+//! half-vector copy.
+
+use super::{BasePath, Context, Counts, PathTracer, or_dead, survival};
+use crate::gradient::{Base, Shift};
+use crate::sampler::Dimension;
+use crate::scene::material::Class;
+use crate::shift::{self, Carried, Death, Offset, Shifted, Way, solid_angle_per_area};
+use crate::trace::RayKind;
+use crate::trace::rays::{AnyBatch, ClosestBatch};
+use crate::vertex::{End, Scattering, Vertex};
+use glam::Vec3;
+
+/// A base path that has scattered at x_k.
+#[derive(Clone, Debug)]
+pub(super) struct Bounce<const N: usize> {
+    scattering: Scattering,
+    /// Density of the direction, roulette included.
+    pdf: f32,
+    /// The ray to x_{k+1}.
+    ray: u32,
+    /// x_{k+1}; the environment until it is known.
+    end: End,
+    followers: [Follower; N],
+}
+
+/// An offset path on its way to y_{k+1}.
+#[derive(Clone, Copy, Debug)]
+struct Follower {
+    progress: Progress,
+    /// The densities' ratio up to y_k: what light sampling at y_k has, whatever the segment to the
+    /// light does.
+    ratio: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Progress {
+    /// The shift is dead.
+    Dead,
+    /// It shares the segment with the base path.
+    Shared(Carried),
+    /// It joins the base path at x_{k+1}, if this any-hit ray is free.
+    Reconnecting {
+        ray: u32,
+        wo: Vec3,
+        carried: Carried,
+    },
+    /// It follows a copied half vector along this closest-hit ray.
+    Copying { ray: u32, carried: Carried },
+}
+
+impl Follower {
+    const DEAD: Self = Self {
+        progress: Progress::Dead,
+        ratio: 0.0,
+    };
+}
+
+impl<const N: usize> PathTracer<N> {
+    pub(super) fn bounce_step(&mut self, context: Context, k: u32) {
+        self.scatter(context, k);
+        Self::trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
+        self.follow(context, k);
+        Self::trace_any(
+            context,
+            &mut self.reconnection,
+            RayKind::Reconnection,
+            &mut self.counts,
+        );
+        Self::trace_closest(
+            context,
+            &mut self.continuation,
+            RayKind::Continuation,
+            &mut self.counts,
+        );
+        self.arrive(context, k);
+    }
+
+    /// Samples the BSDF at x_k; paths that end leave the list.
+    fn scatter(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        self.bounce.clear();
+        self.bounces.clear();
+        let (bounces, batch) = (&mut self.bounces, &mut self.bounce);
+        self.paths.retain(|path| {
+            let [u0, u1, u2, u_roulette] = path.sampler.draw(Dimension::Bsdf(k));
+            let survival = survival(scene, &path.vertex, k);
+            if u_roulette >= survival || !path.carries_light() {
+                return false;
+            }
+            let Some(scattering) = path.vertex.sample(scene, [u0, u1, u2]) else {
+                return false;
+            };
+            bounces.push(Bounce {
+                pdf: scattering.eval.pdf * survival,
+                ray: batch.push(&path.vertex.ray(scattering.wi)),
+                scattering,
+                end: End::Environment,
+                followers: [Follower::DEAD; N],
+            });
+            true
+        });
+    }
+
+    /// Shifts the scattering event of each base path to its offset paths.
+    fn follow(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        self.reconnection.clear();
+        self.continuation.clear();
+        for (path, bounce) in self.paths.iter().zip(&mut self.bounces) {
+            bounce.end = End::new(scene, self.bounce.hit(bounce.ray), bounce.scattering.wi);
+            if !leads_to_light(context, &bounce.end, k) {
+                continue;
+            }
+            for j in 0..N {
+                bounce.followers[j] = follow(
+                    context,
+                    k,
+                    path,
+                    bounce,
+                    &path.offsets[j],
+                    &mut self.reconnection,
+                    &mut self.continuation,
+                    &mut self.counts,
+                );
+            }
+        }
+    }
+
+    /// Moves the paths to their next vertices; those that reached light are complete.
+    fn arrive(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        let mut index = 0;
+        let Self {
+            paths,
+            bounces,
+            samples,
+            counts,
+            reconnection,
+            continuation,
+            ..
+        } = self;
+        paths.retain_mut(|path| {
+            let bounce = &bounces[index];
+            index += 1;
+            if !leads_to_light(context, &bounce.end, k) {
+                return false;
+            }
+            let throughput = path.throughput * bounce.scattering.eval.value / bounce.pdf;
+            let (radiance, by_light) = match &bounce.end {
+                End::Surface(vertex) => {
+                    for (offset, follower) in path.offsets.iter_mut().zip(&bounce.followers) {
+                        *offset = match follower.progress {
+                            Progress::Dead => Offset::Dead,
+                            Progress::Shared(carried) => Offset::Connected(carried),
+                            Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
+                                or_dead(Err(Death::Blocked), counts)
+                            }
+                            Progress::Reconnecting { wo, carried, .. } => {
+                                Offset::Joined { wo, carried }
+                            }
+                            Progress::Copying { ray, carried } => {
+                                let direction = continuation.ray(ray).direction;
+                                let end = End::new(scene, continuation.hit(ray), direction);
+                                or_dead(shift::arrive(scene, vertex, &end, carried), counts)
+                            }
+                        };
+                    }
+                    path.vertex = *vertex;
+                    path.throughput = throughput;
+                    return true;
+                }
+                End::Light(light) => {
+                    // What light sampling would have had, over the density of BSDF sampling.
+                    let rough = path.vertex.class(scene) == Class::Rough;
+                    let by_light = rough
+                        .then(|| {
+                            solid_angle_per_area(path.vertex.position, light.position, light.ng)
+                        })
+                        .flatten()
+                        .map_or(0.0, |(_, g)| light.density / (g * bounce.pdf));
+                    (light.radiance, by_light)
+                }
+                // A constant environment is not sampled as a light.
+                End::Environment => (scene.environment, 0.0),
+            };
+
+            let base = Base {
+                value: throughput * radiance,
+                densities: 1.0 + by_light,
+            };
+            let shifts = bounce.followers.map(|follower| {
+                let light_density = follower.ratio * by_light;
+                let reached = |carried: Carried, radiance: Vec3| Shift {
+                    value: carried.throughput * radiance,
+                    densities: carried.ratio + light_density,
+                };
+                match follower.progress {
+                    Progress::Dead => Shift::DEAD,
+                    Progress::Shared(carried) => reached(carried, radiance),
+                    // Light sampling makes the blocked path too, with value 0.
+                    Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
+                        counts.deaths[Death::Blocked as usize] += 1;
+                        Shift {
+                            value: Vec3::ZERO,
+                            densities: light_density,
+                        }
+                    }
+                    Progress::Reconnecting { carried, .. } => reached(carried, radiance),
+                    Progress::Copying { ray, carried } => {
+                        let direction = continuation.ray(ray).direction;
+                        let end = End::new(scene, continuation.hit(ray), direction);
+                        let arrived = match (&bounce.end, &end) {
+                            (End::Environment, End::Environment) => Ok(radiance),
+                            (End::Environment, _) => Err(Death::Missed),
+                            (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),
+                        };
+                        match arrived {
+                            Ok(radiance) => reached(carried, radiance),
+                            Err(death) => {
+                                counts.deaths[death as usize] += 1;
+                                Shift::DEAD
+                            }
+                        }
+                    }
+                }
+            });
+            Self::gather(
+                samples,
+                path.pixel,
+                context.settings.weights,
+                &base,
+                &shifts,
+            );
+            false
+        });
+    }
+}
+
+/// Whether a path that arrived at `end` as its vertex k + 1 can still gather light.
+#[inline]
+fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
+    match end {
+        End::Surface(_) => k + 2 <= context.settings.depth,
+        End::Light(light) => light.front,
+        End::Environment => context.scene.environment != Vec3::ZERO,
+    }
+}
+
+/// Shifts the scattering event at x_k to one offset path.
+#[inline]
+#[allow(clippy::too_many_arguments)]
+fn follow<const N: usize>(
+    context: Context,
+    k: u32,
+    path: &BasePath<N>,
+    bounce: &Bounce<N>,
+    offset: &Offset,
+    reconnection: &mut AnyBatch,
+    continuation: &mut ClosestBatch,
+    counts: &mut Counts,
+) -> Follower {
+    let scene = context.scene;
+    let Scattering { wi, eval, .. } = bounce.scattering;
+    let x = &path.vertex;
+    let mut shared = |carried: Carried, ratio: f32| match shift::finite(Offset::Connected(carried))
+    {
+        Ok(_) => Follower {
+            progress: Progress::Shared(carried),
+            ratio,
+        },
+        Err(death) => {
+            counts.deaths[death as usize] += 1;
+            Follower::DEAD
+        }
+    };
+    let (vertex, carried) = match offset {
+        Offset::Dead => return Follower::DEAD,
+        // One direction and one density for both.
+        Offset::Connected(carried) => {
+            let throughput = carried.throughput * eval.value / bounce.pdf;
+            return shared(
+                Carried {
+                    throughput,
+                    ratio: carried.ratio,
+                },
+                carried.ratio,
+            );
+        }
+        Offset::Joined { wo, carried } => {
+            return match x.eval_seen_from(scene, *wo, wi) {
+                Some(eval) => {
+                    let next = carried.scatter(&eval, 1.0, bounce.pdf, survival(scene, x, k));
+                    shared(next, carried.ratio)
+                }
+                None => {
+                    counts.deaths[Death::Side as usize] += 1;
+                    Follower::DEAD
+                }
+            };
+        }
+        Offset::Free { vertex, carried } => (vertex, carried),
+    };
+    let result = free(context, k, path, bounce, vertex, carried);
+    match result {
+        Ok((Way::Reconnect, shifted, next)) => {
+            let ray = match &bounce.end {
+                End::Surface(v) => vertex.ray_to(v.position, v.ng, v.offset),
+                End::Light(l) => vertex.ray_to(l.position, l.ng, l.offset),
+                End::Environment => vertex.ray(shifted.wi),
+            };
+            let progress = Progress::Reconnecting {
+                ray: reconnection.push(&ray),
+                wo: -shifted.wi,
+                carried: next,
+            };
+            Follower {
+                progress,
+                ratio: carried.ratio,
+            }
+        }
+        Ok((Way::Copy, shifted, next)) => {
+            let ray = continuation.push(&vertex.ray(shifted.wi));
+            Follower {
+                progress: Progress::Copying { ray, carried: next },
+                ratio: carried.ratio,
+            }
+        }
+        Err(death) => {
+            counts.deaths[death as usize] += 1;
+            Follower::DEAD
+        }
+    }
+}
+
+/// The direction that a free offset path takes at y_k, and what it carries after it.
+#[inline]
+fn free<const N: usize>(
+    context: Context,
+    k: u32,
+    path: &BasePath<N>,
+    bounce: &Bounce<N>,
+    vertex: &Vertex,
+    carried: &Carried,
+) -> Result<(Way, Shifted, Carried), Death> {
+    let scene = context.scene;
+    let x = &path.vertex;
+    let way = shift::way(x.class(scene), bounce.end.class(scene));
+    let wi = bounce.scattering.wi;
+    let shifted = match (way, &bounce.end) {
+        (Way::Copy, _) => shift::copy_half_vector(scene, x, &bounce.scattering, vertex)?,
+        (Way::Reconnect, End::Surface(v)) => {
+            shift::reconnect(scene, x, wi, vertex, (v.position, v.ng))?
+        }
+        (Way::Reconnect, End::Light(l)) => {
+            shift::reconnect(scene, x, wi, vertex, (l.position, l.ng))?
+        }
+        (Way::Reconnect, End::Environment) => shift::same_direction(scene, wi, vertex)?,
+    };
+    let next = carried.scatter(
+        &shifted.eval,
+        shifted.jacobian,
+        bounce.pdf,
+        survival(scene, vertex, k),
+    );
+    shift::finite(Offset::Connected(next))?;
+    Ok((way, shifted, next))
+}

@@ -1,0 +1,158 @@
+//! The light step: at every rough vertex a point on a light is sampled (next event estimation), for
+//! the base path and, with the same point, for its offset paths.
+
+use super::{BasePath, Context, PathTracer, survival};
+use crate::gradient::{Base, Shift};
+use crate::scene::Scene;
+use crate::scene::light::LightSample;
+use crate::scene::material::Class;
+use crate::shift::{Offset, solid_angle_per_area};
+use crate::trace::RayKind;
+use crate::trace::rays::AnyBatch;
+use crate::vertex::Vertex;
+use glam::Vec3;
+
+/// A path that is complete but for its shadow rays.
+#[derive(Clone, Debug)]
+pub(super) struct LightPath<const N: usize> {
+    pixel: u32,
+    base: Connection,
+    offsets: [Option<Connection>; N],
+}
+
+/// A vertex connected to a point on a light. Densities are over that of light sampling at the base
+/// path.
+#[derive(Clone, Copy, Debug)]
+struct Connection {
+    /// The path's value over the density, if nothing blocks it.
+    value: Vec3,
+    /// Density of light sampling. Kept where the way is blocked: light sampling makes such paths too.
+    by_light: f32,
+    /// Density of BSDF sampling, if nothing blocks it; it makes no blocked paths.
+    by_bsdf: f32,
+    /// The shadow ray.
+    ray: u32,
+}
+
+impl Connection {
+    #[inline]
+    fn resolve(&self, rays: &AnyBatch) -> (Vec3, f32) {
+        if rays.is_blocked(self.ray) {
+            (Vec3::ZERO, self.by_light)
+        } else {
+            (self.value, self.by_light + self.by_bsdf)
+        }
+    }
+}
+
+impl<const N: usize> PathTracer<N> {
+    pub(super) fn light_step(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        if scene.lights.is_empty() {
+            return;
+        }
+        self.light_paths.clear();
+        self.shadow.clear();
+        for path in &self.paths {
+            if path.vertex.class(scene) == Class::Rough {
+                let [u0, u1, u2, _] = path.sampler.draw(crate::sampler::Dimension::Light(k));
+                let light = scene.lights.sample([u0, u1, u2]);
+                self.light_paths
+                    .extend(connect(scene, path, &light, k, &mut self.shadow));
+            }
+        }
+        Self::trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
+        for light_path in &self.light_paths {
+            let (value, densities) = light_path.base.resolve(&self.shadow);
+            let shifts = light_path.offsets.map(|offset| {
+                offset.map_or(Shift::DEAD, |connection| {
+                    let (value, densities) = connection.resolve(&self.shadow);
+                    Shift { value, densities }
+                })
+            });
+            let base = Base { value, densities };
+            Self::gather(
+                &mut self.samples,
+                light_path.pixel,
+                context.settings.weights,
+                &base,
+                &shifts,
+            );
+        }
+    }
+}
+
+/// Connects x_k and the offset paths' vertices to the same point on a light. `None` where the base path
+/// is outside of the path space: it sees the back of the light, or the light is on a side to which
+/// the surface does not scatter.
+#[inline]
+fn connect<const N: usize>(
+    scene: &Scene,
+    path: &BasePath<N>,
+    light: &LightSample,
+    k: u32,
+    rays: &mut AnyBatch,
+) -> Option<LightPath<N>> {
+    let x = &path.vertex;
+    let (wi, g) = seen(x.position, light)?;
+    let eval = x.eval(scene, wi)?;
+    // Density of the light sample per solid angle is `light.density / g`.
+    let per_density = g / light.density;
+    let arriving = light.radiance * per_density;
+    let x_survival = survival(scene, x, k);
+    let shadow = x.ray_to(light.position, light.ng, light.offset);
+    let base = Connection {
+        value: path.throughput * eval.value * arriving,
+        by_light: 1.0,
+        by_bsdf: eval.pdf * x_survival * per_density,
+        ray: rays.push(&shadow),
+    };
+    let offsets = std::array::from_fn(|j| match &path.offsets[j] {
+        Offset::Dead => None,
+        Offset::Connected(carried) => Some(Connection {
+            value: carried.throughput * eval.value * arriving,
+            by_light: carried.ratio,
+            by_bsdf: carried.ratio * base.by_bsdf,
+            ray: base.ray,
+        }),
+        Offset::Joined { wo, carried } => {
+            let eval = x.eval_seen_from(scene, *wo, wi)?;
+            Some(Connection {
+                value: carried.throughput * eval.value * arriving,
+                by_light: carried.ratio,
+                by_bsdf: carried.ratio * eval.pdf * x_survival * per_density,
+                ray: base.ray,
+            })
+        }
+        // The offset path is reconnected at the light itself; |T'| turns its solid angle into the
+        // base path's, through the area on the light that they share.
+        Offset::Free { vertex, carried } => {
+            let (wi, g) = seen(vertex.position, light)?;
+            let eval = vertex.eval(scene, wi)?;
+            let per_density = g / light.density;
+            Some(Connection {
+                value: carried.throughput * eval.value * light.radiance * per_density,
+                by_light: carried.ratio,
+                by_bsdf: carried.ratio * eval.pdf * survival(scene, vertex, k) * per_density,
+                ray: rays.push(&shadow_ray(vertex, light)),
+            })
+        }
+    });
+    Some(LightPath {
+        pixel: path.pixel,
+        base,
+        offsets,
+    })
+}
+
+#[inline]
+fn shadow_ray(vertex: &Vertex, light: &LightSample) -> crate::trace::rays::Ray {
+    vertex.ray_to(light.position, light.ng, light.offset)
+}
+
+/// The unit direction to the point and its solid angle per area; `None` at the light's back.
+#[inline]
+fn seen(from: Vec3, light: &LightSample) -> Option<(Vec3, f32)> {
+    let (wi, g) = solid_angle_per_area(from, light.position, light.ng)?;
+    (light.ng.dot(wi) < 0.0).then_some((wi, g))
+}

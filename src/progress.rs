@@ -1,0 +1,95 @@
+//! What the user sees while it works: a bar on a terminal, plain lines elsewhere, nothing if quiet.
+
+use crate::output::stats::Stats;
+use crate::render::{Limits, Progress};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Time between two lines where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// Writes to standard error; the summary to standard output.
+pub struct Reporter {
+    quiet: bool,
+    bar: Option<ProgressBar>,
+    limits: Option<Limits>,
+    last_line: Instant,
+}
+
+impl Reporter {
+    /// Silent but for errors if `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        Self {
+            quiet,
+            bar: None,
+            limits: None,
+            last_line: Instant::now(),
+        }
+    }
+
+    /// Prints warnings, a line each.
+    pub fn warnings(&self, list: &[String]) {
+        if !self.quiet {
+            list.iter().for_each(|w| eprintln!("warning: {w}"));
+        }
+    }
+
+    /// Tracing begins.
+    pub fn start(&mut self, limits: &Limits) {
+        self.limits = Some(*limits);
+        self.last_line = Instant::now();
+        if self.quiet || !std::io::stderr().is_terminal() {
+            return;
+        }
+        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+        let style = "{bar:30} {percent}% {msg}";
+        bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
+        self.bar = Some(bar);
+    }
+
+    /// A pass is done.
+    pub fn pass(&mut self, progress: Progress) {
+        let Some(limits) = self.limits else { return };
+        let seconds = progress.elapsed.as_secs_f64().max(1e-6);
+        let by_samples = progress.samples as f64 / limits.samples as f64;
+        let by_time = limits.time.map_or(0.0, |t| seconds / t.as_secs_f64());
+        let share = by_samples.max(by_time).min(1.0);
+        let left = seconds * (1.0 / share - 1.0);
+        let message = format!(
+            "{} samples, {:.1} Mray/s, {left:.0} s left",
+            progress.samples,
+            progress.rays as f64 / 1e6 / seconds,
+        );
+        if let Some(bar) = &self.bar {
+            bar.set_position((share * 1000.0) as u64);
+            bar.set_message(message);
+        } else if !self.quiet && self.last_line.elapsed() >= LINE_EVERY {
+            self.last_line = Instant::now();
+            eprintln!("{:.0}%: {message}", share * 100.0);
+        }
+    }
+
+    /// Tracing is done, the solve begins.
+    pub fn end_tracing(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.set_message("reconstructing");
+        }
+    }
+
+    /// All is written.
+    pub fn summary(&mut self, stats: &Stats, output: &Path) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        if !self.quiet {
+            let word = if stats.interrupted {
+                "interrupted; wrote"
+            } else {
+                "wrote"
+            };
+            println!("{}\n{word} {}", stats.summary(), output.display());
+        }
+    }
+}

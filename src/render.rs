@@ -1,0 +1,157 @@
+//! The progressive render: passes over all tiles until enough samples, enough time, or a signal.
+
+use crate::film::{Borders, Film};
+use crate::path::{Counts, PathSettings, PathTracer};
+use crate::sampler;
+use crate::scene::Scene;
+use crate::sums::TileSums;
+use crate::trace::Traverse;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+/// Which estimator fills the film.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum Method {
+    /// Path tracing.
+    Pt,
+    /// Gradient-domain path tracing.
+    Gpt,
+}
+
+/// When to stop; whichever comes first.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Samples of every pixel.
+    pub samples: u64,
+    /// Time since the start, asked after every pass.
+    pub time: Option<Duration>,
+}
+
+/// How a render ended.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was counted.
+    pub counts: Counts,
+    /// Time spent tracing.
+    pub elapsed: Duration,
+    /// Whether `stop` asked for the end.
+    pub interrupted: bool,
+}
+
+/// Progress after a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Samples so far.
+    pub samples: u64,
+    /// Rays so far.
+    pub rays: u64,
+    /// Time so far.
+    pub elapsed: Duration,
+}
+
+/// Side of a tile in pixels: the paths of one sample of a tile fit the second-level cache.
+pub const TILE_SIZE: u32 = 32;
+
+/// Samples of one pass. Its first ones are few, so that a short time limit is met. The film's sums are
+/// grouped by passes, so the schedule is part of what the bits depend on.
+fn pass_length(done: u64) -> u64 {
+    if done < 4 { 2 } else { 4 }
+}
+
+/// What to render.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What finds the hits.
+    pub tracer: &'a dyn Traverse,
+    /// Which estimator.
+    pub method: Method,
+    /// Its settings.
+    pub settings: PathSettings,
+    /// When to stop.
+    pub limits: Limits,
+}
+
+impl Job<'_> {
+    /// Adds samples to `film` until a limit is reached or `stop` says so; both are asked between
+    /// passes. The film may hold samples already. Works on the current rayon pool.
+    pub fn run(
+        &self,
+        film: &mut Film,
+        stop: &(dyn Fn() -> bool + Sync),
+        progress: &mut dyn FnMut(Progress),
+    ) -> Outcome {
+        match self.method {
+            Method::Pt => self.passes::<0>(film, stop, progress),
+            Method::Gpt => self.passes::<4>(film, stop, progress),
+        }
+    }
+
+    fn passes<const N: usize>(
+        &self,
+        film: &mut Film,
+        stop: &(dyn Fn() -> bool + Sync),
+        progress: &mut dyn FnMut(Progress),
+    ) -> Outcome {
+        let start = Instant::now();
+        let mut counts = Counts::default();
+        let mut interrupted = false;
+        loop {
+            let done = film.samples[0] + film.samples[1];
+            let late = self
+                .limits
+                .time
+                .is_some_and(|limit| start.elapsed() >= limit);
+            if done >= self.limits.samples || (late && done > 0) {
+                break;
+            }
+            if stop() {
+                interrupted = true;
+                break;
+            }
+            let end = (done + pass_length(done)).min(self.limits.samples);
+            self.pass::<N>(film, done..end, &mut counts);
+            progress(Progress {
+                samples: end,
+                rays: counts.rays.iter().sum(),
+                elapsed: start.elapsed(),
+            });
+        }
+        Outcome {
+            counts,
+            elapsed: start.elapsed(),
+            interrupted,
+        }
+    }
+
+    fn pass<const N: usize>(&self, film: &mut Film, range: Range<u64>, counts: &mut Counts) {
+        let parts: Vec<(Borders, Counts)> = film
+            .tiles
+            .par_iter_mut()
+            .with_max_len(1)
+            .map_init(
+                || (PathTracer::<N>::default(), TileSums::default()),
+                |(paths, sums), tile| {
+                    sums.reset((tile.tile.width * tile.tile.height) as usize);
+                    let range = range.clone();
+                    let counts = paths.render(
+                        self.scene,
+                        self.tracer,
+                        &self.settings,
+                        tile.tile,
+                        range,
+                        sums,
+                    );
+                    (tile.add(sums), counts)
+                },
+            )
+            .collect();
+        let (borders, part_counts): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        let mut samples = [0; 2];
+        range.for_each(|n| samples[sampler::half(n)] += 1);
+        film.end_pass(&borders, samples);
+        part_counts.iter().for_each(|c| counts.add(c));
+    }
+}

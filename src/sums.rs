@@ -1,0 +1,95 @@
+//! What the samples of a pixel add up to, before neighbouring pixels are put together.
+
+use glam::Vec3;
+
+/// One sample of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelSample {
+    /// Light that arrives by two segments or more.
+    pub primal: Vec3,
+    /// Light seen directly.
+    pub direct: Vec3,
+    /// What the pixel's base path says of the difference to each
+    /// [`Neighbour`](crate::gradient::Neighbour), neighbour minus own.
+    pub to: [Vec3; 4],
+}
+
+impl PixelSample {
+    /// Whether all of it is finite.
+    #[inline]
+    pub fn is_finite(&self) -> bool {
+        (self.primal + self.direct).is_finite() && self.to.iter().all(|v| v.is_finite())
+    }
+}
+
+/// Sums over the samples of one half.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HalfSums {
+    /// Sum of the primal.
+    pub primal: Vec3,
+    /// Sum of light seen directly.
+    pub direct: Vec3,
+    /// Sum of the differences to each neighbour.
+    pub to: [Vec3; 4],
+    /// Sum of the primal's squares.
+    pub primal_sq: Vec3,
+    /// Sum of the differences' squares.
+    pub to_sq: [Vec3; 4],
+}
+
+impl HalfSums {
+    /// Adds a sample.
+    #[inline]
+    pub fn add(&mut self, sample: &PixelSample) {
+        self.primal += sample.primal;
+        self.primal_sq += sample.primal * sample.primal;
+        self.direct += sample.direct;
+        for j in 0..4 {
+            self.to[j] += sample.to[j];
+            self.to_sq[j] += sample.to[j] * sample.to[j];
+        }
+    }
+}
+
+/// Sums of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelSums {
+    /// Halves A and B.
+    pub halves: [HalfSums; 2],
+    /// Sum of the first hits' albedo.
+    pub albedo: Vec3,
+    /// Sum of the first hits' shading normals, on the side of the camera.
+    pub normal: Vec3,
+    /// Sum of the first hits' distances.
+    pub depth: f32,
+    /// Number of first hits.
+    pub hits: u32,
+    /// Samples dropped because they were not finite.
+    pub dropped: u32,
+}
+
+impl PixelSums {
+    /// Adds what the camera ray met.
+    #[inline]
+    pub fn first_hit(&mut self, albedo: Vec3, normal: Vec3, depth: f32) {
+        self.albedo += albedo;
+        self.normal += normal;
+        self.depth += depth;
+        self.hits += 1;
+    }
+}
+
+/// Sums of the pixels of a tile, row by row.
+#[derive(Clone, Debug, Default)]
+pub struct TileSums {
+    /// One for each pixel.
+    pub pixels: Vec<PixelSums>,
+}
+
+impl TileSums {
+    /// All zero, for this many pixels.
+    pub fn reset(&mut self, pixels: usize) {
+        self.pixels.clear();
+        self.pixels.resize(pixels, PixelSums::default());
+    }
+}

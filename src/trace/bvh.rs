@@ -1,0 +1,73 @@
+//! The pure-Rust backend: a compressed wide BVH (obvhs).
+
+use super::rays::{AnyBatch, ClosestBatch, Hit, Ray};
+use super::{RayKind, Traverse};
+use crate::scene::mesh::Mesh;
+use glam::Vec3A;
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
+use obvhs::ray::RayHit;
+use obvhs::rt_triangle::RtTriangle;
+use obvhs::{BvhBuildParams, triangle::Triangle};
+use std::time::Duration;
+
+/// A tree over the triangles, and the triangles in the tree's order.
+pub struct Bvh {
+    tree: CwBvh,
+    triangles: Vec<RtTriangle>,
+}
+
+impl Bvh {
+    /// Builds the tree; slow and good, on one thread.
+    pub fn new(mesh: &Mesh) -> Self {
+        let triangles: Vec<Triangle> = (0..mesh.triangles.len() as u32)
+            .map(|t| {
+                let [v0, v1, v2] = mesh.corners(t).map(Vec3A::from);
+                Triangle { v0, v1, v2 }
+            })
+            .collect();
+        let tree = build_cwbvh_from_tris(
+            &triangles,
+            BvhBuildParams::slow_build(),
+            &mut Duration::default(),
+        );
+        let triangles = tree
+            .primitive_indices
+            .iter()
+            .map(|&i| (&triangles[i as usize]).into())
+            .collect();
+        Self { tree, triangles }
+    }
+
+    fn ray(ray: &Ray) -> obvhs::ray::Ray {
+        obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.length)
+    }
+}
+
+impl Traverse for Bvh {
+    fn closest(&self, batch: &mut ClosestBatch, _: RayKind) {
+        batch.trace_each(|ray| {
+            let ray = Self::ray(&ray);
+            let mut hit = RayHit::none();
+            let found = self
+                .tree
+                .ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray));
+            found.then(|| {
+                let uv = self.triangles[hit.primitive_id as usize].compute_barycentric(&ray);
+                Hit {
+                    triangle: self.tree.primitive_indices[hit.primitive_id as usize],
+                    u: uv.x,
+                    v: uv.y,
+                    t: hit.t,
+                }
+            })
+        });
+    }
+
+    fn any(&self, batch: &mut AnyBatch, _: RayKind) {
+        batch.trace_each(|ray| {
+            !self
+                .tree
+                .ray_traverse_miss(Self::ray(&ray), |ray, id| self.triangles[id].intersect(ray))
+        });
+    }
+}

@@ -1,0 +1,120 @@
+//! Traversal: closest and any hits for batches of rays, on one of several backends.
+//!
+//! **Same hit for the same ray.** Backends agree on which triangle is hit and on its distance up to
+//! the rounding of 32-bit floats (relative 1e-5 of the distance or of the scene's size). Where triangles overlap
+//! or a ray meets an edge, which of the triangles is reported is open. Embree and the BVH leave no gaps
+//! between triangles larger than rounding; the BVH's edge test may miss a shared edge that a ray hits
+//! exactly.
+
+pub mod brute;
+pub mod bvh;
+#[cfg(feature = "embree")]
+pub mod embree;
+pub mod rays;
+
+use crate::error::Result;
+use crate::scene::mesh::Mesh;
+use rays::{AnyBatch, ClosestBatch};
+use std::sync::Arc;
+
+/// What the rays of a batch have in common; a backend chooses its fastest way by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RayKind {
+    /// Camera rays of neighbouring pixels: closest hit, coherent.
+    Primary,
+    /// Base paths after scattering: closest hit, incoherent.
+    Bounce,
+    /// To points on lights: any hit.
+    Shadow,
+    /// From offset vertices to the base path's next vertex, or to the environment: any hit.
+    Reconnection,
+    /// Offset paths that follow a copied half vector: closest hit.
+    Continuation,
+}
+
+impl RayKind {
+    /// All kinds, in the order of [`RayKind::index`].
+    pub const ALL: [RayKind; 5] = [
+        RayKind::Primary,
+        RayKind::Bounce,
+        RayKind::Shadow,
+        RayKind::Reconnection,
+        RayKind::Continuation,
+    ];
+
+    /// A number for tables of counts.
+    #[inline]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        [
+            "primary",
+            "bounce",
+            "shadow",
+            "reconnection",
+            "continuation",
+        ][self.index()]
+    }
+
+    /// Whether packets of these rays go through the tree together.
+    #[inline]
+    pub fn is_coherent(self) -> bool {
+        self == RayKind::Primary
+    }
+}
+
+/// Finds what rays hit. Implementations are functions of the batch alone.
+pub trait Traverse: Sync + Send {
+    /// Finds the closest hit of every ray.
+    fn closest(&self, batch: &mut ClosestBatch, kind: RayKind);
+    /// Finds whether anything blocks each ray.
+    fn any(&self, batch: &mut AnyBatch, kind: RayKind);
+}
+
+/// Which implementation traces the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum Backend {
+    /// Intel Embree 4.
+    #[cfg(feature = "embree")]
+    Embree,
+    /// The pure-Rust BVH (obvhs).
+    Bvh,
+}
+
+impl Backend {
+    /// The one that is used where none is asked for.
+    pub const DEFAULT: Backend = {
+        #[cfg(feature = "embree")]
+        {
+            Backend::Embree
+        }
+        #[cfg(not(feature = "embree"))]
+        {
+            Backend::Bvh
+        }
+    };
+
+    /// Builds the acceleration structure over `mesh`, with at most `threads` threads.
+    pub fn build(self, mesh: &Arc<Mesh>, threads: usize) -> Result<Box<dyn Traverse>> {
+        Ok(match self {
+            #[cfg(feature = "embree")]
+            Backend::Embree => Box::new(embree::Embree::new(mesh.clone(), threads)?),
+            Backend::Bvh => {
+                let _ = threads; // obvhs builds on one thread
+                Box::new(bvh::Bvh::new(mesh))
+            }
+        })
+    }
+
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(feature = "embree")]
+            Backend::Embree => "embree",
+            Backend::Bvh => "bvh",
+        }
+    }
+}

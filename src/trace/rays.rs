@@ -1,0 +1,235 @@
+//! Batches of rays in blocks of 8, structure of arrays inside a block: the layout of Embree's packets,
+//! so that nothing is copied on the way to the kernels.
+
+use glam::Vec3;
+
+/// Rays in a block.
+pub const LANES: usize = 8;
+/// In `prim_id`: nothing was hit.
+const INVALID: u32 = u32::MAX;
+
+/// Eight rays; the layout of `RTCRay8`.
+#[repr(C, align(32))]
+#[derive(Clone, Debug)]
+pub struct RayBlock {
+    pub(super) org: [[f32; LANES]; 3],
+    pub(super) tnear: [f32; LANES],
+    pub(super) dir: [[f32; LANES]; 3],
+    time: [f32; LANES],
+    pub(super) tfar: [f32; LANES],
+    mask: [u32; LANES],
+    id: [u32; LANES],
+    flags: [u32; LANES],
+}
+
+/// Eight rays and their closest hits; the layout of `RTCRayHit8`.
+#[repr(C, align(32))]
+#[derive(Clone, Debug)]
+pub struct HitBlock {
+    pub(super) ray: RayBlock,
+    ng: [[f32; LANES]; 3],
+    pub(super) u: [f32; LANES],
+    pub(super) v: [f32; LANES],
+    pub(super) prim_id: [u32; LANES],
+    pub(super) geom_id: [u32; LANES],
+    inst_id: [u32; LANES],
+    inst_prim_id: [u32; LANES],
+}
+
+const _: () = assert!(size_of::<RayBlock>() == 384 && size_of::<HitBlock>() == 672);
+
+impl RayBlock {
+    const EMPTY: Self = Self {
+        org: [[0.0; LANES]; 3],
+        tnear: [0.0; LANES],
+        dir: [[0.0; LANES]; 3],
+        time: [0.0; LANES],
+        tfar: [-1.0; LANES],
+        mask: [u32::MAX; LANES],
+        id: [0; LANES],
+        flags: [0; LANES],
+    };
+
+    #[inline]
+    fn set(&mut self, lane: usize, ray: &Ray) {
+        for axis in 0..3 {
+            self.org[axis][lane] = ray.origin[axis];
+            self.dir[axis][lane] = ray.direction[axis];
+        }
+        self.tnear[lane] = 0.0;
+        self.tfar[lane] = ray.length;
+    }
+
+    #[inline]
+    pub(super) fn get(&self, lane: usize) -> Ray {
+        let at = |v: &[[f32; LANES]; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
+        Ray {
+            origin: at(&self.org),
+            direction: at(&self.dir),
+            length: self.tfar[lane],
+        }
+    }
+}
+
+impl HitBlock {
+    const EMPTY: Self = Self {
+        ray: RayBlock::EMPTY,
+        ng: [[0.0; LANES]; 3],
+        u: [0.0; LANES],
+        v: [0.0; LANES],
+        prim_id: [INVALID; LANES],
+        geom_id: [INVALID; LANES],
+        inst_id: [INVALID; LANES],
+        inst_prim_id: [INVALID; LANES],
+    };
+}
+
+/// A ray from `origin` over the distances from 0 to `length`, in units of `direction`'s length.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Where it goes; any length but 0.
+    pub direction: Vec3,
+    /// How far; infinity is fine.
+    pub length: f32,
+}
+
+/// A point where a ray meets a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// The triangle.
+    pub triangle: u32,
+    /// Barycentric coordinate of the second corner.
+    pub u: f32,
+    /// Barycentric coordinate of the third corner.
+    pub v: f32,
+    /// Distance in units of the direction's length.
+    pub t: f32,
+}
+
+/// Rays whose closest hits are wanted.
+#[derive(Debug, Default)]
+pub struct ClosestBatch {
+    pub(super) blocks: Vec<HitBlock>,
+    pub(super) len: usize,
+}
+
+/// Rays of which it is wanted whether anything blocks them.
+#[derive(Debug, Default)]
+pub struct AnyBatch {
+    pub(super) blocks: Vec<RayBlock>,
+    pub(super) len: usize,
+}
+
+impl ClosestBatch {
+    /// Forgets all rays; keeps the memory.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no rays.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds a ray; the result is what to ask [`ClosestBatch::hit`] for.
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) -> u32 {
+        let (block, lane) = (self.len / LANES, self.len % LANES);
+        if block == self.blocks.len() {
+            self.blocks.push(HitBlock::EMPTY);
+        }
+        let hits = &mut self.blocks[block];
+        hits.ray.set(lane, ray);
+        hits.prim_id[lane] = INVALID;
+        hits.geom_id[lane] = INVALID;
+        self.len += 1;
+        (self.len - 1) as u32
+    }
+
+    /// What a ray hit, after tracing.
+    #[inline]
+    pub fn hit(&self, index: u32) -> Option<Hit> {
+        let (block, lane) = (index as usize / LANES, index as usize % LANES);
+        let b = &self.blocks[block];
+        (b.prim_id[lane] != INVALID).then(|| Hit {
+            triangle: b.prim_id[lane],
+            u: b.u[lane],
+            v: b.v[lane],
+            t: b.ray.tfar[lane],
+        })
+    }
+
+    /// The ray as it was added, except that `length` is the distance of the hit once it is traced.
+    #[inline]
+    pub fn ray(&self, index: u32) -> Ray {
+        self.blocks[index as usize / LANES]
+            .ray
+            .get(index as usize % LANES)
+    }
+
+    /// Replaces every ray's result by what `find` says.
+    pub(super) fn trace_each(&mut self, mut find: impl FnMut(Ray) -> Option<Hit>) {
+        for index in 0..self.len {
+            let (block, lane) = (&mut self.blocks[index / LANES], index % LANES);
+            if let Some(hit) = find(block.ray.get(lane)) {
+                block.ray.tfar[lane] = hit.t;
+                block.u[lane] = hit.u;
+                block.v[lane] = hit.v;
+                block.prim_id[lane] = hit.triangle;
+                block.geom_id[lane] = 0;
+            }
+        }
+    }
+}
+
+impl AnyBatch {
+    /// Forgets all rays; keeps the memory.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no rays.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds a ray; the result is what to ask [`AnyBatch::is_blocked`] for.
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) -> u32 {
+        let (block, lane) = (self.len / LANES, self.len % LANES);
+        if block == self.blocks.len() {
+            self.blocks.push(RayBlock::EMPTY);
+        }
+        self.blocks[block].set(lane, ray);
+        self.len += 1;
+        (self.len - 1) as u32
+    }
+
+    /// Whether something blocks the ray, after tracing.
+    #[inline]
+    pub fn is_blocked(&self, index: u32) -> bool {
+        self.blocks[index as usize / LANES].tfar[index as usize % LANES] < 0.0
+    }
+
+    /// Replaces every ray's result by what `blocked` says.
+    pub(super) fn trace_each(&mut self, mut blocked: impl FnMut(Ray) -> bool) {
+        for index in 0..self.len {
+            let (block, lane) = (&mut self.blocks[index / LANES], index % LANES);
+            if blocked(block.get(lane)) {
+                block.tfar[lane] = f32::NEG_INFINITY;
+            }
+        }
+    }
+}
