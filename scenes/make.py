@@ -86,11 +86,11 @@ class Obj:
         self.v += len(corners)
         self.vn += len(corners) if smooth else 0
 
-    def room(self, left="red", right="green", wall="white", floor=None, back=None):
+    def room(self, left="red", right="green", wall="white"):
         """x and z from -1 to 1, y from 0 to 2, open at z = 1, seen from the inside."""
-        self.rectangle(floor or wall, (-1, 0, 1), (1, 0, 1), (1, 0, -1))
+        self.rectangle(wall, (-1, 0, 1), (1, 0, 1), (1, 0, -1))
         self.rectangle(wall, (-1, 2, -1), (1, 2, -1), (1, 2, 1))
-        self.rectangle(back or wall, (-1, 0, -1), (1, 0, -1), (1, 2, -1))
+        self.rectangle(wall, (-1, 0, -1), (1, 0, -1), (1, 2, -1))
         self.rectangle(left, (-1, 0, 1), (-1, 0, -1), (-1, 2, -1))
         self.rectangle(right, (1, 0, -1), (1, 0, 1), (1, 2, 1))
 
@@ -143,8 +143,8 @@ def glossy():
 
 
 def mirrors():
-    o = Obj("mirrors", "A back wall and a block that are perfect mirrors, and a ball of nearly smooth metal: chains of half-vector\ncopies, and offset paths that meet other surfaces than their base path.")
-    o.room(back="mirror")
+    o = Obj("mirrors", "A left wall and a block that are perfect mirrors, and a ball of nearly smooth metal: chains of half-vector\ncopies, and offset paths that meet other surfaces than their base path.")
+    o.room(left="mirror")
     o.block("mirror", (-0.4, 0.0, -0.2), (0.55, 1.0, 0.55), 25)
     o.sphere("satin", (0.4, 0.38, 0.25), 0.38)
     o.block("white", (0.1, 0.0, 0.75), (0.25, 0.25, 0.25), 40)
@@ -157,15 +157,14 @@ def mirrors():
 def ajar():
     o = Obj("ajar", "A room that is lit only through a gap beside a door: all light takes two bounces or more, and light samples\nare nearly always blocked.")
     o.room()
-    # The front of the room is closed behind the camera's near side; the lamp's room lies to the left of
-    # the wall x = -0.4, which ends 6 cm before the back wall.
-    o.block("white", (-0.4, 0.0, 0.08), (0.04, 2.0, 1.84))
+    # The lamp stands to the left of the wall at x = -0.7, which ends before the back wall.
+    o.block("white", (-0.7, 0.0, 0.08), (0.04, 2.0, 1.84))
     o.block("white", (0.35, 0.0, -0.3), (0.45, 0.9, 0.45), 20)
     o.block("blue", (0.1, 0.0, 0.35), (0.3, 0.3, 0.3), -30)
-    # A screen hides the lamp's room from the camera.
-    o.rectangle("white", (-1, 0, 1), (-1, 2, 1), (-0.4, 2, 1))
-    o.lamp(x=-0.7, z=0.0, half=0.2)
-    o.write(DIFFUSE | {"blue": {"Kd": "0.15 0.2 0.6"}, "light": {"Kd": "0 0 0", "Ke": "120 110 100"}}, FRONT)
+    # A screen hides the lamp's side from the camera.
+    o.rectangle("white", (-1, 0, 1), (-1, 2, 1), (-0.7, 2, 1))
+    o.lamp(x=-0.86, z=0.0, half=0.12)
+    o.write(DIFFUSE | {"blue": {"Kd": "0.15 0.2 0.6"}, "light": {"Kd": "0 0 0", "Ke": "360 330 300"}}, FRONT)
 
 
 def caustic():

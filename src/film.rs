@@ -44,6 +44,8 @@ pub const BYTES_PER_PIXEL: usize = size_of::<Pixel>();
 pub struct FilmTile {
     /// Which pixels.
     pub tile: Tile,
+    /// Whether the film ends at the tile's right and lower side: no differences go across.
+    last: (bool, bool),
     pixels: Vec<Pixel>,
 }
 
@@ -126,10 +128,14 @@ impl FilmTile {
                 let from = &own.halves[h];
                 half.primal += from.primal;
                 half.primal_sq += from.primal_sq;
-                half.dx += from.to[Neighbour::Right as usize];
-                half.dx_sq += from.to_sq[Neighbour::Right as usize];
-                half.dy += from.to[Neighbour::Down as usize];
-                half.dy_sq += from.to_sq[Neighbour::Down as usize];
+                if right.is_some() || !self.last.0 {
+                    half.dx += from.to[Neighbour::Right as usize];
+                    half.dx_sq += from.to_sq[Neighbour::Right as usize];
+                }
+                if below.is_some() || !self.last.1 {
+                    half.dy += from.to[Neighbour::Down as usize];
+                    half.dy_sq += from.to_sq[Neighbour::Down as usize];
+                }
                 if let Some(right) = right {
                     half.add_right(part(right, h, Neighbour::Left));
                 }
@@ -192,8 +198,9 @@ impl Film {
                     width: tile_size.min(width - x),
                     height: tile_size.min(height - y),
                 };
+                let last = (x + tile.width == width, y + tile.height == height);
                 let pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-                FilmTile { tile, pixels }
+                FilmTile { tile, last, pixels }
             })
             .collect();
         Self {
@@ -241,7 +248,7 @@ impl Film {
 
     /// Visits every pixel with its index `y * width + x` in the image.
     fn for_each(&self, mut visit: impl FnMut(usize, &Pixel)) {
-        for FilmTile { tile, pixels } in &self.tiles {
+        for FilmTile { tile, pixels, .. } in &self.tiles {
             for (index, pixel) in pixels.iter().enumerate() {
                 let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
                 visit(((tile.y + y) * self.width + tile.x + x) as usize, pixel);

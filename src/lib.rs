@@ -1,5 +1,38 @@
-//! temp
+//! **gdpt**, a gradient-domain path tracer (Kettunen et al. 2015) for OBJ scenes.
+//!
+//! Data flows one way: files → [`scene`] → traversal ([`trace`]) → paths of a tile ([`path`]) with their
+//! shifts ([`shift`]) and gradient estimates ([`gradient`]) → sums ([`film`]) → [`reconstruct`] → files.
+//! Each module uses only modules above it in this list (a test keeps it so):
+//!
+//! | module | what it is | uses |
+//! |---|---|---|
+//! | [`error`] | Errors and warnings in one line that says where and what to do. | |
+//! | [`load`] | OBJ, MTL and TOML to data, as written. | error |
+//! | [`warp`] | Maps from the unit square to disks, hemispheres and triangles. | |
+//! | [`frame`] | Shading frames, and ray origins that leave a surface. | |
+//! | [`sampler`] | Owen-scrambled Sobol numbers by position in the path. | |
+//! | [`bsdf`] | How materials scatter, in local coordinates. | warp |
+//! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, warp, frame, bsdf |
+//! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, scene |
+//! | [`vertex`] | What a ray met, ready for scattering and shifting. | frame, bsdf, scene, trace |
+//! | [`shift`] | How an offset path follows its base path. | bsdf, scene, vertex |
+//! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | |
+//! | [`sums`] | What the samples of a pixel add up to. | gradient |
+//! | [`path`] | Base and offset paths of a tile, traced together. | sampler, scene, trace, vertex, shift, gradient, sums |
+//! | [`image`] | Images in memory. | |
+//! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image |
+//! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
+//! | [`reconstruct`] | The picture from primal and differences. | image |
+//! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
+//! | [`cli`] | The command line: definitions only. | trace, gradient, render |
+//! | [`progress`] | What the user sees while it works. | render, output |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, path, image, film, render, reconstruct, output, cli, progress |
+//!
+//! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
+//! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
+//! directly, which stays out of gradients and solve. Depth is counted in segments.
 #![deny(unsafe_code)]
+
 pub mod app;
 pub mod bsdf;
 pub mod cli;

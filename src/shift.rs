@@ -171,11 +171,9 @@ pub fn reconnect(
     offset: &Vertex,
     (next, ng): (Vec3, Vec3),
 ) -> Result<Shifted, Death> {
-    let here = solid_angle_per_area(base.position, next, ng);
-    let there = solid_angle_per_area(offset.position, next, ng);
-    let (Some((_, here)), Some((direction, there))) = (here, there) else {
-        return Err(Death::NotFinite);
-    };
+    // A point in the surface's own plane sees neither side of it.
+    let (_, here) = solid_angle_per_area(base.position, next, ng).ok_or(Death::Side)?;
+    let (direction, there) = solid_angle_per_area(offset.position, next, ng).ok_or(Death::Side)?;
     // Both must see the same side of the surface at x_{k+1}.
     if ng.dot(direction) * ng.dot(wi) <= 0.0 {
         return Err(Death::Side);

@@ -1,0 +1,214 @@
+//! What several tests share: scenes, a random number generator, and statistics.
+#![allow(dead_code)] // each test file uses a part
+
+use gdpt::error::Warnings;
+use gdpt::film::{Estimate, Film, Halves};
+use gdpt::gradient::Weights;
+use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
+use gdpt::path::PathSettings;
+use gdpt::render::{Job, Limits, Method};
+use gdpt::sampler::mix;
+use gdpt::scene::{Scene, SceneSettings};
+use gdpt::trace::{Backend, Traverse};
+use glam::Vec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use std::path::Path;
+
+pub const SCENES: [&str; 7] = [
+    "cornell", "glossy", "mirrors", "ajar", "caustic", "corner", "furnace",
+];
+
+/// A shipped scene at another size.
+pub fn shipped(name: &str, width: u32, height: u32) -> Scene {
+    let path = format!("scenes/{name}.obj");
+    let path = Path::new(&path);
+    let mut warnings = Warnings::new(true);
+    let file = obj::load(path, &mut warnings).unwrap();
+    let toml = sidecar::load(path).unwrap();
+    let settings = SceneSettings {
+        camera: toml.camera,
+        size: (width, height),
+        environment: toml.environment.radiance.map(Vec3::from),
+        roughness_threshold: 0.05,
+    };
+    Scene::build(path, file, &settings, &mut warnings).unwrap()
+}
+
+/// A scene of polygons with corners counter-clockwise seen from the front, each with a material.
+pub fn polygons(
+    polygons: &[(&[[f32; 3]], usize)],
+    materials: Vec<MtlMaterial>,
+    settings: &SceneSettings,
+) -> Scene {
+    let mut file = ObjFile {
+        materials,
+        ..Default::default()
+    };
+    for (corners, material) in polygons {
+        let first = file.positions.len() as u32;
+        file.positions
+            .extend(corners.iter().copied().map(Vec3::from));
+        for i in 1..corners.len() as u32 - 1 {
+            file.triangles.push([first, first + i, first + i + 1]);
+            file.material_of.push(*material as u32);
+        }
+    }
+    Scene::build(
+        Path::new("test.obj"),
+        file,
+        settings,
+        &mut Warnings::new(false),
+    )
+    .unwrap()
+}
+
+pub fn lambert(reflectance: f32) -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([reflectance; 3]),
+        ..Default::default()
+    }
+}
+
+pub fn light(radiance: f32) -> MtlMaterial {
+    MtlMaterial {
+        ke: Some([radiance; 3]),
+        ..Default::default()
+    }
+}
+
+/// What and how to render in a test.
+#[derive(Clone, Copy)]
+pub struct Render {
+    pub method: Method,
+    pub weights: Weights,
+    pub spp: u64,
+    pub seed: u64,
+    pub depth: u32,
+    pub tile_size: u32,
+}
+
+impl Default for Render {
+    fn default() -> Self {
+        Self {
+            method: Method::Gpt,
+            weights: Weights::Mis,
+            spp: 16,
+            seed: 0,
+            depth: 12,
+            tile_size: 32,
+        }
+    }
+}
+
+impl Render {
+    pub fn film(&self, scene: &Scene, tracer: &dyn Traverse) -> Film {
+        let mut film = Film::new(scene.camera.width, scene.camera.height, self.tile_size);
+        let job = Job {
+            scene,
+            tracer,
+            method: self.method,
+            settings: PathSettings {
+                depth: self.depth,
+                seed: self.seed,
+                weights: self.weights,
+            },
+            limits: Limits {
+                samples: self.spp,
+                time: None,
+            },
+        };
+        let outcome = job.run(&mut film, &|| false, &mut |_| ());
+        assert_eq!(outcome.counts.dropped, 0, "samples were not finite");
+        film
+    }
+
+    pub fn estimate(&self, scene: &Scene, tracer: &dyn Traverse) -> Estimate {
+        self.film(scene, tracer).estimate(Halves::Both)
+    }
+}
+
+pub fn tracer(scene: &Scene) -> Box<dyn Traverse> {
+    Backend::DEFAULT.build(&scene.mesh, 2).unwrap()
+}
+
+/// A plain random number generator (SplitMix64).
+pub struct Rng(pub u64);
+
+impl Rng {
+    pub fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        (mix(self.0) >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    pub fn unit_vector(&mut self) -> Vec3 {
+        let z = 1.0 - 2.0 * self.next();
+        let phi = std::f32::consts::TAU * self.next();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(r * phi.cos(), r * phi.sin(), z)
+    }
+}
+
+/// Mean and variance of the mean.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    n: f64,
+    sum: f64,
+    sum_sq: f64,
+}
+
+impl Mean {
+    pub fn add(&mut self, x: f64) {
+        self.n += 1.0;
+        self.sum += x;
+        self.sum_sq += x * x;
+    }
+
+    pub fn mean(&self) -> f64 {
+        self.sum / self.n
+    }
+
+    pub fn variance(&self) -> f64 {
+        ((self.sum_sq / self.n - self.mean().powi(2)) / (self.n - 1.0)).max(0.0)
+    }
+}
+
+/// The largest |z| that `tests` comparisons of means over `n` runs each may show, if all means are
+/// equal, but for a probability of `significance` in all. Two samples of `n`: Student's t with at least
+/// n − 1 degrees of freedom.
+pub fn largest_z(tests: usize, n: usize, significance: f64) -> f64 {
+    let tail = significance / (2.0 * tests as f64);
+    StudentsT::new(0.0, 1.0, n as f64 - 1.0)
+        .unwrap()
+        .inverse_cdf(1.0 - tail)
+}
+
+/// Pearson's χ² test of counts against expected counts; bins with fewer than 5 expected are pooled.
+/// Panics where the probability of such a deviation is below `significance`.
+pub fn chi_square(what: &str, observed: &[f64], expected: &[f64], significance: f64) {
+    let (mut statistic, mut bins) = (0.0, 0);
+    let (mut pooled_o, mut pooled_e) = (0.0, 0.0);
+    for (o, e) in observed.iter().zip(expected) {
+        if *e < 5.0 {
+            pooled_o += o;
+            pooled_e += e;
+        } else {
+            statistic += (o - e).powi(2) / e;
+            bins += 1;
+        }
+    }
+    if pooled_e > 0.5 {
+        statistic += (pooled_o - pooled_e).powi(2) / pooled_e;
+        bins += 1;
+    } else {
+        assert!(
+            pooled_o < 6.0,
+            "{what}: {pooled_o} samples where {pooled_e} are expected"
+        );
+    }
+    assert!(bins > 4, "{what}: too few bins to test");
+    let p = 1.0 - ChiSquared::new(f64::from(bins - 1)).unwrap().cdf(statistic);
+    assert!(
+        p > significance,
+        "{what}: χ² = {statistic:.1} with {bins} bins, p = {p:.2e}"
+    );
+}

@@ -1,0 +1,139 @@
+//! The mean of dx and dy over many seeds is the finite difference of the path-traced image, region by
+//! region, on every shipped scene, with both kinds of weights; so is the mean of the L2 picture.
+//!
+//! Significance: for each scene and kind of weights, all regions and channels together fail by chance
+//! with probability 1e-4; seeds are fixed.
+
+mod common;
+
+use common::{Mean, Render, SCENES, largest_z, shipped, tracer};
+use gdpt::gradient::Weights;
+use gdpt::image::Image;
+use gdpt::reconstruct::{Problem, l2};
+use gdpt::render::Method;
+use gdpt::scene::Scene;
+use gdpt::trace::Traverse;
+
+const SIZE: u32 = 32;
+const REGION: usize = 8;
+const SEEDS: u64 = 48;
+const SIGNIFICANCE: f64 = 1e-4;
+
+/// The mean of each region and channel.
+fn regions(image: &Image) -> Vec<f64> {
+    let mut out = Vec::new();
+    for channel in &image.channels {
+        for y0 in (0..image.height).step_by(REGION) {
+            for x0 in (0..image.width).step_by(REGION) {
+                let mut sum = 0.0;
+                for y in y0..y0 + REGION {
+                    for x in x0..x0 + REGION {
+                        sum += f64::from(channel[y * image.width + x]);
+                    }
+                }
+                out.push(sum / (REGION * REGION) as f64);
+            }
+        }
+    }
+    out
+}
+
+/// Differences to the right and downwards, 0 across the border.
+fn differences(image: &Image) -> [Image; 2] {
+    let (w, h) = (image.width, image.height);
+    let mut out = [Image::new(w, h), Image::new(w, h)];
+    for i in 0..w * h {
+        if i % w + 1 < w {
+            out[0].set(i, image.get(i + 1) - image.get(i));
+        }
+        if i / w + 1 < h {
+            out[1].set(i, image.get(i + w) - image.get(i));
+        }
+    }
+    out
+}
+
+fn accumulate(means: &mut Vec<Mean>, images: &[&Image]) {
+    let values: Vec<f64> = images.iter().flat_map(|i| regions(i)).collect();
+    means.resize(values.len(), Mean::default());
+    means.iter_mut().zip(values).for_each(|(m, v)| m.add(v));
+}
+
+/// dx, dy and picture by path tracing.
+fn reference(scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
+    let mut means = Vec::new();
+    for seed in 0..SEEDS {
+        let render = Render {
+            method: Method::Pt,
+            spp: 64,
+            seed: 1000 + seed,
+            ..Render::default()
+        };
+        let primal = render.estimate(scene, tracer).primal;
+        let [dx, dy] = differences(&primal);
+        accumulate(&mut means, &[&dx, &dy, &primal]);
+    }
+    means
+}
+
+fn check(name: &str, weights: Weights, scene: &Scene, tracer: &dyn Traverse, reference: &[Mean]) {
+    let mut means = Vec::new();
+    for seed in 0..SEEDS {
+        let render = Render {
+            weights,
+            spp: 16,
+            seed,
+            ..Render::default()
+        };
+        let e = render.estimate(scene, tracer);
+        let problem = Problem {
+            primal: &e.primal,
+            dx: &e.dx,
+            dy: &e.dy,
+        };
+        accumulate(&mut means, &[&e.dx, &e.dy, &l2::solve(&problem, 0.2)]);
+    }
+    let limit = largest_z(means.len(), SEEDS as usize, SIGNIFICANCE);
+    let per_kind = means.len() / 3;
+    let mut sum_sq = 0.0;
+    for (i, (a, b)) in means.iter().zip(reference).enumerate() {
+        let deviation = (a.variance() + b.variance()).sqrt();
+        // The furnace has regions without any noise; there rounding is all that is left.
+        let z = (a.mean() - b.mean()) / deviation.max(1e-6);
+        sum_sq += z * z;
+        let kind = ["dx", "dy", "picture"][i / per_kind];
+        assert!(
+            z.abs() < limit,
+            "{name} {weights:?}: {kind} region {}: {} against {}, z = {z:.2} (limit {limit:.2})",
+            i % per_kind,
+            a.mean(),
+            b.mean(),
+        );
+    }
+    // Many small deviations one way would pass the test above. z² has mean 1; regions are correlated,
+    // so the bound is wide.
+    let mean_sq = sum_sq / means.len() as f64;
+    assert!(mean_sq < 1.5, "{name} {weights:?}: mean z² = {mean_sq:.2}");
+}
+
+/// One test for each scene, so that a failure names it.
+fn check_scene(name: &str) {
+    assert!(SCENES.contains(&name));
+    let scene = shipped(name, SIZE, SIZE);
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check(name, weights, &scene, &*tracer, &reference);
+    }
+}
+
+macro_rules! scenes {
+    ($($name:ident),*) => { $(
+        #[test]
+        fn $name() {
+            check_scene(stringify!($name));
+        }
+    )* };
+}
+
+scenes!(cornell, glossy, mirrors, ajar, caustic, corner, furnace);
