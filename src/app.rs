@@ -33,10 +33,10 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     // Everything that can be refused is refused before the scene is read.
     let limits = check_limits(args)?;
     let format = Format::of(&args.output)?;
-    if let Some(preview) = &args.preview {
-        if Format::of(preview)? != Format::Png {
-            return Err(Error::input(preview, None, "--preview writes a .png"));
-        }
+    if let Some(preview) = &args.preview
+        && Format::of(preview)? != Format::Png
+    {
+        return Err(Error::input(preview, None, "--preview writes a .png"));
     }
     for path in [
         Some(&args.output),

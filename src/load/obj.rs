@@ -87,9 +87,7 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
                 Ok(Err(e)) => e.to_string(),
                 _ => "the parser gave up".into(),
             };
-            let found = scan::locate(BufReader::new(open()?), Defect::Broken);
-            let (line, message) = found.map_or((None, reason), |(l, m)| (Some(l), m));
-            return Err(Error::input(path, line, message));
+            return Err(broken(path, reason));
         }
     };
 
@@ -129,10 +127,10 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
                     .iter()
                     .all(|&c| obj.positions[c as usize].is_finite());
                 if !finite {
-                    let found = scan::locate(BufReader::new(open()?), Defect::Broken);
-                    let message = "a vertex coordinate is not a finite number".to_owned();
-                    let (line, message) = found.map_or((None, message), |(l, m)| (Some(l), m));
-                    return Err(Error::input(path, line, message));
+                    return Err(broken(
+                        path,
+                        "a vertex coordinate is not a finite number".into(),
+                    ));
                 }
                 no_area += 1;
                 continue;
@@ -148,6 +146,12 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
                 });
             }
         }
+    }
+    if outline.smooth_faces && obj.normals.is_empty() {
+        return Err(broken(
+            path,
+            "faces name normals, of which there are none".into(),
+        ));
     }
     if no_area > 0 {
         let at = place(path, scan::locate(BufReader::new(open()?), Defect::NoArea));
@@ -174,6 +178,15 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         ))?;
     }
     Ok(obj)
+}
+
+/// The error for a file that cannot be used: the first broken line, or `reason` if all look well.
+fn broken(path: &Path, reason: String) -> Error {
+    let found = File::open(path)
+        .ok()
+        .and_then(|f| scan::locate(BufReader::new(f), Defect::Broken));
+    let (line, message) = found.map_or((None, reason), |(line, message)| (Some(line), message));
+    Error::input(path, line, message)
 }
 
 fn place(path: &Path, found: Option<(usize, String)>) -> String {

@@ -100,79 +100,72 @@ pub enum Defect {
 }
 
 /// The first line with the defect, and what is wrong with it.
-pub fn locate(mut reader: impl BufRead, defect: Defect) -> Option<(usize, String)> {
-    let mut positions: Vec<[f32; 3]> = Vec::new();
-    let (mut normals, mut texcoords) = (0usize, 0usize);
+pub fn locate(mut reader: impl BufRead, wanted: Defect) -> Option<(usize, String)> {
+    let mut before = Before::default();
     let mut buffer = Vec::new();
     for number in 1.. {
         buffer.clear();
         if reader.read_until(b'\n', &mut buffer).ok()? == 0 {
             break;
         }
-        let Ok(line) = std::str::from_utf8(&buffer) else {
-            continue;
-        };
-        let mut words = line.split_whitespace();
-        let broken = |what: String| (defect == Defect::Broken).then_some((number, what));
-        match words.next() {
-            Some("v") => {
-                let Some(p) = floats::<3>(&mut words) else {
-                    if let Some(found) = broken("a vertex needs three numbers".into()) {
-                        return Some(found);
-                    }
-                    continue;
-                };
-                if !p.iter().all(|x| x.is_finite()) {
-                    if let Some(found) = broken("a vertex coordinate is not a finite number".into())
-                    {
-                        return Some(found);
-                    }
-                }
-                positions.push(p);
-            }
-            Some("vn") => {
-                normals += 1;
-                let n = floats::<3>(&mut words);
-                let good = |n: [f32; 3]| n.iter().all(|x| x.is_finite()) && n != [0.0; 3];
-                if n.is_none() {
-                    if let Some(found) = broken("a normal needs three numbers".into()) {
-                        return Some(found);
-                    }
-                } else if defect == Defect::BadNormal && !n.is_some_and(good) {
-                    return Some((number, "a normal is zero or not finite".into()));
-                }
-            }
-            Some("vt") => {
-                texcoords += 1;
-                if floats::<2>(&mut words).is_none() {
-                    if let Some(found) = broken("a texture coordinate needs two numbers".into()) {
-                        return Some(found);
-                    }
-                }
-            }
-            Some("f") => {
-                let counts = [positions.len(), texcoords, normals];
-                match face(words, counts) {
-                    Err(what) => {
-                        if let Some(found) = broken(what) {
-                            return Some(found);
-                        }
-                    }
-                    Ok(corners) if defect == Defect::NoArea => {
-                        let at = |i: usize| glam::Vec3::from(positions[corners[i]]).as_dvec3();
-                        let flat = (2..corners.len())
-                            .any(|i| (at(i - 1) - at(0)).cross(at(i) - at(0)).length() == 0.0);
-                        if flat {
-                            return Some((number, "a face has no area".into()));
-                        }
-                    }
-                    Ok(_) => {}
-                }
-            }
+        let line = String::from_utf8_lossy(&buffer);
+        match before.read(&line) {
+            Err((defect, what)) if defect == wanted => return Some((number, what)),
             _ => {}
         }
     }
     None
+}
+
+/// What the lines before had.
+#[derive(Default)]
+struct Before {
+    positions: Vec<[f32; 3]>,
+    texcoords: usize,
+    normals: usize,
+}
+
+impl Before {
+    /// Takes in a line, or says what is wrong with it.
+    fn read(&mut self, line: &str) -> std::result::Result<(), (Defect, String)> {
+        let broken = |what: &str| (Defect::Broken, what.to_owned());
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let p = floats::<3>(&mut words)
+                    .ok_or_else(|| broken("a vertex needs three numbers"))?;
+                self.positions.push(p);
+                if !p.iter().all(|x| x.is_finite()) {
+                    return Err(broken("a vertex coordinate is not a finite number"));
+                }
+            }
+            Some("vn") => {
+                self.normals += 1;
+                let n = floats::<3>(&mut words)
+                    .ok_or_else(|| broken("a normal needs three numbers"))?;
+                if n == [0.0; 3] || !n.iter().all(|x| x.is_finite()) {
+                    return Err((Defect::BadNormal, "a normal is zero or not finite".into()));
+                }
+            }
+            Some("vt") => {
+                self.texcoords += 1;
+                floats::<2>(&mut words)
+                    .ok_or_else(|| broken("a texture coordinate needs two numbers"))?;
+            }
+            Some("f") => {
+                let counts = [self.positions.len(), self.texcoords, self.normals];
+                let corners = face(words, counts).map_err(|what| (Defect::Broken, what))?;
+                let at = |i: usize| glam::Vec3::from(self.positions[corners[i]]).as_dvec3();
+                let flat = (2..corners.len())
+                    .any(|i| (at(i - 1) - at(0)).cross(at(i) - at(0)).length() == 0.0);
+                if flat {
+                    return Err((Defect::NoArea, "a face has no area".into()));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
 }
 
 fn floats<const N: usize>(words: &mut std::str::SplitWhitespace) -> Option<[f32; N]> {

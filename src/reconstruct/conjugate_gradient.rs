@@ -22,7 +22,8 @@ const ROWS: usize = 16;
 
 impl Weighted<'_> {
     /// Improves `x` until the residual has fallen to `tolerance` times that of zero, or for
-    /// `max_iterations`.
+    /// `max_iterations`. Residuals are measured as rᵀM⁻¹r with the preconditioner M: an error of low
+    /// frequency has a small residual in the plain norm, since the screen alone holds it.
     pub(super) fn solve(
         &self,
         preconditioner: &ScreenedPoisson,
@@ -31,69 +32,53 @@ impl Weighted<'_> {
         max_iterations: usize,
     ) -> Solution {
         // The preconditioner's constant weights: the mean of the operator's.
-        let mean =
-            |v: &[f32]| (v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64) as f32;
-        let screen = mean(self.v);
-        let smooth = 0.5 * (mean(self.w.0) + mean(self.w.1));
-        if screen <= 0.0 || !screen.is_finite() || !smooth.is_finite() {
+        let mean = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64;
+        let screen = mean(self.v) as f32;
+        let smooth = (0.5 * (mean(self.w.0) + mean(self.w.1))) as f32;
+        if !(screen > 0.0 && screen.is_finite() && smooth.is_finite()) {
             return Solution::default();
-        }
-        let mut b = divergence(self.size, self.dx, self.dy, Some(self.w));
-        b.iter_mut()
-            .zip(self.v)
-            .zip(self.primal)
-            .for_each(|((b, v), p)| *b += v * p);
-        let limit = tolerance * dot(&b, &b).sqrt();
-
-        let mut r = vec![0.0; b.len()];
-        self.apply(x, &mut r);
-        r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
-        let scale = dot(&b, &b).sqrt().max(f64::MIN_POSITIVE);
-        let mut residual = dot(&r, &r).sqrt();
-        if residual <= limit {
-            return Solution {
-                iterations: 0,
-                residual: residual / scale,
-            };
         }
         let precondition = |r: &[f32]| {
             let mut z = r.to_vec();
             preconditioner.solve(&mut z, screen, smooth);
             z
         };
-        let mut z = precondition(&r);
-        let mut p = z.clone();
-        let mut rz = dot(&r, &z);
+        let mut b = divergence(self.size, self.dx, self.dy, Some(self.w));
+        b.iter_mut()
+            .zip(self.v)
+            .zip(self.primal)
+            .for_each(|((b, v), p)| *b += v * p);
+        let scale = dot(&b, &precondition(&b)).max(f64::MIN_POSITIVE);
+        let ended = |iterations, rz: f64| Solution {
+            iterations,
+            residual: (rz / scale).max(0.0).sqrt(),
+        };
+
+        let mut r = vec![0.0; b.len()];
+        self.apply(x, &mut r);
+        r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
+        let mut p = precondition(&r);
+        let mut rz = dot(&r, &p);
         let mut q = vec![0.0; b.len()];
-        for iteration in 1..=max_iterations {
-            self.apply(&p, &mut q);
-            let pq = dot(&p, &q);
-            if !(pq > 0.0 && rz > 0.0) {
-                return Solution {
-                    iterations: iteration,
-                    residual: residual / scale,
-                };
+        for iteration in 0..max_iterations {
+            if rz <= scale * tolerance * tolerance {
+                return ended(iteration, rz);
             }
-            let step = (rz / pq) as f32;
+            self.apply(&p, &mut q);
+            let step = rz / dot(&p, &q);
+            if !(step > 0.0 && step.is_finite()) {
+                return ended(iteration, rz);
+            }
+            let step = step as f32;
             x.iter_mut().zip(&p).for_each(|(x, p)| *x += step * p);
             r.iter_mut().zip(&q).for_each(|(r, q)| *r -= step * q);
-            residual = dot(&r, &r).sqrt();
-            if residual <= limit {
-                return Solution {
-                    iterations: iteration,
-                    residual: residual / scale,
-                };
-            }
-            z = precondition(&r);
+            let z = precondition(&r);
             let next = dot(&r, &z);
             let beta = (next / rz) as f32;
             rz = next;
             p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + beta * *p);
         }
-        Solution {
-            iterations: max_iterations,
-            residual: residual / scale,
-        }
+        ended(max_iterations, rz)
     }
 
     /// out = (v + Dᵀ w D) x

@@ -37,17 +37,18 @@ fn divergence(
     weights: Option<(&[f32], &[f32])>,
 ) -> Vec<f32> {
     let mut out = vec![0.0; width * height];
-    let weight = |pick: fn((&[f32], &[f32]), usize) -> f32, i| weights.map_or(1.0, |w| pick(w, i));
+    let (wx, wy) = weights.unzip();
+    let weighted = |g: &[f32], w: Option<&[f32]>, i: usize| g[i] * w.map_or(1.0, |w| w[i]);
     for y in 0..height {
         for x in 0..width {
             let i = y * width + x;
             if x + 1 < width {
-                let g = weight(|w, i| w.0[i], i) * dx[i];
+                let g = weighted(dx, wx, i);
                 out[i] -= g;
                 out[i + 1] += g;
             }
             if y + 1 < height {
-                let g = weight(|w, i| w.1[i], i) * dy[i];
+                let g = weighted(dy, wy, i);
                 out[i] -= g;
                 out[i + width] += g;
             }

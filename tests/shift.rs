@@ -1,0 +1,296 @@
+//! The shift of one scattering event: T⁻¹(T(x)) = x for every kind, and analytic Jacobians against
+//! numeric determinants, over geometry, roughness and index.
+
+mod common;
+
+use common::polygons;
+use gdpt::bsdf::{Eval, Lobe};
+use gdpt::frame::Frame;
+use gdpt::load::{mtl::MtlMaterial, sidecar::CameraTable};
+use gdpt::scene::{Scene, SceneSettings};
+use gdpt::shift::{Shifted, copy_half_vector, reconnect, same_direction};
+use gdpt::vertex::{Scattering, Vertex};
+use glam::{Vec2, Vec3};
+use proptest::prelude::*;
+
+/// A scene of one triangle that has these materials.
+fn scene(materials: Vec<MtlMaterial>) -> Scene {
+    let corners: &[[f32; 3]] = &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let settings = SceneSettings {
+        camera: CameraTable {
+            origin: Some([0.0, 0.0, 5.0]),
+            ..Default::default()
+        },
+        size: (4, 4),
+        environment: None,
+        roughness_threshold: 0.05,
+    };
+    polygons(&[(corners, 0)], materials, &settings)
+}
+
+fn metal(roughness: f32) -> MtlMaterial {
+    MtlMaterial {
+        pm: Some(1.0),
+        pr: Some(roughness),
+        ks: Some([0.9; 3]),
+        ..Default::default()
+    }
+}
+
+fn glass(roughness: f32, index: f32) -> MtlMaterial {
+    MtlMaterial {
+        illum: Some(7),
+        pr: Some(roughness),
+        ni: Some(index),
+        ..Default::default()
+    }
+}
+
+fn vertex(position: Vec3, normal: Vec3, wo: Vec3, material: u32) -> Vertex {
+    Vertex {
+        position,
+        ng: normal,
+        frame: Frame::new(normal),
+        wo,
+        offset: 1e-6,
+        material,
+    }
+}
+
+/// A unit vector within 90° of `n`, from two numbers in [0, 1); `keep` keeps it off the horizon.
+fn upper(n: Vec3, u: (f32, f32), keep: f32) -> Vec3 {
+    let z = keep + (1.0 - keep) * u.0;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let phi = std::f32::consts::TAU * u.1;
+    Frame::new(n)
+        .to_world(Vec3::new(r * phi.cos(), r * phi.sin(), z))
+        .normalize()
+}
+
+fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
+    let eval = at.eval(scene, wi).unwrap_or(Eval {
+        value: Vec3::ONE,
+        pdf: 1.0,
+    });
+    Scattering {
+        wi,
+        local_wi: at.frame.to_local(wi),
+        eval,
+        lobe,
+    }
+}
+
+/// |dω_y/dω_x| by central differences in tangent planes.
+fn numeric_jacobian(wi: Vec3, shift: impl Fn(Vec3) -> Option<Vec3>) -> Option<f64> {
+    const STEP: f32 = 2e-3;
+    let from = Frame::new(wi);
+    let to = Frame::new(shift(wi)?);
+    let column = |axis: Vec3| -> Option<Vec2> {
+        let at = |sign: f32| shift((wi + axis * (sign * STEP)).normalize());
+        let difference = (at(1.0)? - at(-1.0)?) / (2.0 * STEP);
+        Some(Vec2::new(difference.dot(to.s), difference.dot(to.t)))
+    };
+    let (a, b) = (column(from.s)?, column(from.t)?);
+    Some(f64::from(a.perp_dot(b)).abs())
+}
+
+fn pair() -> impl Strategy<Value = (f32, f32)> {
+    (0.02f32..0.98, 0.0f32..1.0)
+}
+
+/// Two neighbouring vertices: a small step and a slightly turned normal.
+#[derive(Debug, Clone)]
+struct Neighbours {
+    normal: (f32, f32),
+    turn: (f32, f32),
+    wo: (f32, f32),
+    step: (f32, f32, f32),
+}
+
+fn neighbours() -> impl Strategy<Value = Neighbours> {
+    let small = -0.15f32..0.15;
+    (
+        pair(),
+        (small.clone(), small.clone()),
+        pair(),
+        (small.clone(), small.clone(), small),
+    )
+        .prop_map(|(normal, turn, wo, step)| Neighbours {
+            normal,
+            turn,
+            wo,
+            step,
+        })
+}
+
+impl Neighbours {
+    /// `side` is -1 for paths that come from behind the surface.
+    fn vertices(&self, side: f32, materials: (u32, u32)) -> (Vertex, Vertex) {
+        let n = upper(Vec3::Z, self.normal, 0.1);
+        let f = Frame::new(n);
+        let m = (n + f.s * self.turn.0 + f.t * self.turn.1).normalize();
+        let wo = upper(n * side, self.wo, 0.2);
+        let step = Vec3::new(self.step.0, self.step.1, self.step.2);
+        let y_wo = (wo + step * 0.5).normalize();
+        (
+            vertex(Vec3::ZERO, n, wo, materials.0),
+            vertex(step, m, y_wo, materials.1),
+        )
+    }
+}
+
+/// Shifts there and back: the way back must succeed, end where it began, and undo the Jacobian.
+fn check_round_trip(
+    wi: Vec3,
+    there: &Shifted,
+    back: Result<Shifted, gdpt::shift::Death>,
+    tolerance: f32,
+) -> Result<(), TestCaseError> {
+    let back = back.map_err(|d| TestCaseError::fail(format!("the way back is dead: {d:?}")))?;
+    prop_assert!(
+        (back.wi - wi).length() < tolerance,
+        "{} instead of {}",
+        back.wi,
+        wi
+    );
+    let product = there.jacobian * back.jacobian;
+    prop_assert!(
+        (product - 1.0).abs() < 50.0 * tolerance,
+        "Jacobians multiply to {product}"
+    );
+    Ok(())
+}
+
+fn check_copy(
+    scene: &Scene,
+    x: &Vertex,
+    y: &Vertex,
+    wi: Vec3,
+    lobe: Lobe,
+    numeric: bool,
+) -> Result<bool, TestCaseError> {
+    let shift = |wi: Vec3| copy_half_vector(scene, x, &scattering(scene, x, wi, lobe), y);
+    let Ok(there) = shift(wi) else {
+        return Ok(false);
+    };
+    let back = copy_half_vector(scene, y, &scattering(scene, y, there.wi, lobe), x);
+    check_round_trip(wi, &there, back, 1e-3)?;
+    if numeric {
+        let Some(jacobian) = numeric_jacobian(wi, |wi| shift(wi).ok().map(|s| s.wi)) else {
+            return Ok(false);
+        };
+        let error = (f64::from(there.jacobian) / jacobian - 1.0).abs();
+        prop_assert!(
+            error < 0.03,
+            "{} against numeric {jacobian}",
+            there.jacobian
+        );
+    }
+    Ok(true)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, max_global_rejects: 20_000, ..Default::default() })]
+
+    #[test]
+    fn reconnection(n in neighbours(), next_normal in pair(), direction in pair(), distance in 0.5f32..3.0) {
+        let scene = scene(vec![common::lambert(0.5)]);
+        let (x, y) = n.vertices(1.0, (0, 0));
+        let wi = upper(x.ng, direction, 0.1);
+        let ng = upper(-wi, next_normal, 0.3);
+        let next = x.position + wi * distance;
+        let Ok(there) = reconnect(&scene, &x, wi, &y, (next, ng)) else {
+            return Err(TestCaseError::reject("not shiftable"));
+        };
+        check_round_trip(wi, &there, reconnect(&scene, &y, there.wi, &x, (next, ng)), 1e-5)?;
+        // The base direction moves the point on the plane at x_{k+1}; the offset direction follows.
+        let jacobian = numeric_jacobian(wi, |w| {
+            let t = (next - x.position).dot(ng) / w.dot(ng);
+            Some((x.position + w * t - y.position).normalize())
+        }).unwrap();
+        let error = (f64::from(there.jacobian) / jacobian - 1.0).abs();
+        prop_assert!(error < 0.02, "{} against numeric {jacobian}", there.jacobian);
+    }
+
+    #[test]
+    fn same_direction_to_the_environment(n in neighbours(), direction in pair()) {
+        let scene = scene(vec![common::lambert(0.5)]);
+        let (x, y) = n.vertices(1.0, (0, 0));
+        let wi = upper(x.ng, direction, 0.05);
+        let Ok(there) = same_direction(&scene, wi, &y) else {
+            return Err(TestCaseError::reject("not shiftable"));
+        };
+        check_round_trip(wi, &there, same_direction(&scene, there.wi, &x), 1e-6)?;
+        prop_assert_eq!(there.jacobian, 1.0);
+    }
+
+    /// Rough metal to rough metal, and Lambert to Lambert before a specular vertex.
+    #[test]
+    fn reflection_copies(n in neighbours(), wi in pair(), pr in (0.1f32..1.0, 0.1f32..1.0), diffuse in any::<bool>()) {
+        let scene = scene(vec![metal(pr.0), metal(pr.1), common::lambert(0.5)]);
+        for side in [1.0, -1.0] {
+            let (x, y) = n.vertices(side, if diffuse { (2, 2) } else { (0, 1) });
+            let wi = upper(x.ng * side, wi, 0.1);
+            if !check_copy(&scene, &x, &y, wi, Lobe::Reflection, true)? {
+                return Err(TestCaseError::reject("not shiftable"));
+            }
+        }
+    }
+
+    /// Refraction between two rough glasses of different index, in both directions. Microfacet
+    /// normals are drawn near the surface normal, so that most can be shifted.
+    #[test]
+    fn refraction_copies(
+        n in neighbours(), facet in (0.8f32..1.0, 0.0f32..1.0), index in (1.1f32..2.2, 1.1f32..2.2),
+        same in any::<bool>(), inside in any::<bool>(),
+    ) {
+        let other = if same { index.0 } else { index.1 };
+        let scene = scene(vec![glass(0.5, index.0), glass(0.6, other)]);
+        let side = if inside { -1.0 } else { 1.0 };
+        let (x, y) = n.vertices(side, (0, 1));
+        let h = upper(x.ng * side, facet, 0.7);
+        let eta = if inside { 1.0 / index.0 } else { index.0 };
+        let Some(wi) = gdpt::bsdf::fresnel::refract(x.wo, h, eta) else {
+            return Err(TestCaseError::reject("total internal reflection"));
+        };
+        if x.wo.dot(h) < 0.2 || wi.dot(h).abs() < 0.2 || x.eval(&scene, wi).is_none() {
+            return Err(TestCaseError::reject("grazing"));
+        }
+        if !check_copy(&scene, &x, &y, wi, Lobe::Transmission, true)? {
+            return Err(TestCaseError::reject("not shiftable"));
+        }
+    }
+
+    #[test]
+    fn smooth_copies(n in neighbours(), index in (1.0f32..2.2, 1.0f32..2.2), inside in any::<bool>()) {
+        let scene = scene(vec![metal(0.0), metal(0.0), glass(0.0, index.0), glass(0.0, index.1)]);
+        let side = if inside { -1.0 } else { 1.0 };
+        let mut shifted = 0;
+        for (materials, lobe) in [
+            ((0, 1), Lobe::Reflection), ((2, 3), Lobe::Reflection), ((2, 3), Lobe::Transmission),
+            ((0, 2), Lobe::Reflection),
+        ] {
+            let (x, y) = n.vertices(side, materials);
+            let bsdf = x.bsdf(&scene);
+            let Some(_) = bsdf.eval_delta(x.local_wo(), lobe) else { continue };
+            // The one direction of this lobe.
+            let sampled = [0.0, 0.9999999].map(|u| bsdf.sample(x.local_wo(), [0.5, 0.5, u]));
+            let Some(s) = sampled.into_iter().flatten().find(|s| s.lobe == lobe) else { continue };
+            let wi = x.frame.to_world(s.wi).normalize();
+            shifted += u32::from(check_copy(&scene, &x, &y, wi, lobe, false)?);
+        }
+        prop_assume!(shifted > 0);
+    }
+
+    /// A mirror and a nearly smooth metal have no lobe in common, nor has metal one to transmit.
+    #[test]
+    fn lobes_that_do_not_exist_are_dead(n in neighbours(), wi in pair()) {
+        let scene = scene(vec![metal(0.0), metal(0.2), glass(0.5, 1.5)]);
+        let (x, y) = n.vertices(1.0, (1, 0));
+        let s = scattering(&scene, &x, upper(x.ng, wi, 0.1), Lobe::Reflection);
+        prop_assert!(copy_half_vector(&scene, &x, &s, &y).is_err());
+        let (x, y) = n.vertices(1.0, (2, 1));
+        let s = scattering(&scene, &x, upper(-x.ng, wi, 0.1), Lobe::Transmission);
+        prop_assert!(copy_half_vector(&scene, &x, &s, &y).is_err());
+    }
+}
