@@ -3,7 +3,7 @@
 use crate::output::stats::Stats;
 use crate::render::{Limits, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -32,7 +32,8 @@ impl Reporter {
     /// Prints warnings, a line each.
     pub fn warnings(&self, list: &[String]) {
         if !self.quiet {
-            list.iter().for_each(|w| eprintln!("warning: {w}"));
+            list.iter()
+                .for_each(|w| _ = writeln!(std::io::stderr(), "warning: {w}"));
         }
     }
 
@@ -67,7 +68,7 @@ impl Reporter {
             bar.set_message(message);
         } else if !self.quiet && self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
-            eprintln!("{:.0}%: {message}", share * 100.0);
+            let _ = writeln!(std::io::stderr(), "{:.0}%: {message}", share * 100.0);
         }
     }
 
@@ -89,7 +90,13 @@ impl Reporter {
             } else {
                 "wrote"
             };
-            println!("{}\n{word} {}", stats.summary(), output.display());
+            // A closed pipe is no reason to fail once all is written.
+            let _ = writeln!(
+                std::io::stdout(),
+                "{}\n{word} {}",
+                stats.summary(),
+                output.display()
+            );
         }
     }
 }

@@ -81,7 +81,7 @@ fn sum(image: &Image, channel: usize) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, ..Default::default() })]
+    #![proptest_config(common::cases(60))]
 
     #[test]
     fn l2_is_the_dense_solution(w in 1usize..9, h in 1usize..9, seed in any::<u64>(), alpha in 0.05f32..2.0) {

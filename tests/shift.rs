@@ -179,6 +179,10 @@ fn check_copy(
         let Some(jacobian) = numeric_jacobian(wi, |wi| shift(wi).ok().map(|s| s.wi)) else {
             return Ok(false);
         };
+        // Near grazing refraction the shift bends too strongly for finite steps.
+        if !(0.1..10.0).contains(&there.jacobian) {
+            return Ok(false);
+        }
         let error = (f64::from(there.jacobian) / jacobian - 1.0).abs();
         prop_assert!(
             error < 0.03,
@@ -190,7 +194,7 @@ fn check_copy(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, max_global_rejects: 20_000, ..Default::default() })]
+    #![proptest_config(common::cases(2000))]
 
     #[test]
     fn reconnection(n in neighbours(), next_normal in pair(), direction in pair(), distance in 0.5f32..3.0) {

@@ -11,6 +11,7 @@ use gdpt::sampler::mix;
 use gdpt::scene::{Scene, SceneSettings};
 use gdpt::trace::{Backend, Traverse};
 use glam::Vec3;
+use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use std::path::Path;
 
@@ -129,6 +130,17 @@ impl Render {
 
 pub fn tracer(scene: &Scene) -> Box<dyn Traverse> {
     Backend::DEFAULT.build(&scene.mesh, 2).unwrap()
+}
+
+/// Property tests with fixed seeds: a test that passes goes on passing.
+pub fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        max_global_rejects: 10 * cases,
+        rng_seed: RngSeed::Fixed(0x6764_7074),
+        failure_persistence: None,
+        ..Default::default()
+    }
 }
 
 /// A plain random number generator (SplitMix64).
