@@ -95,8 +95,11 @@ impl Base {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
 
     proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
+
         /// One pair of paths, four ways to make it: two techniques in each of two pixels. From each
         /// the others are seen through ratios; the weights must add to 1.
         #[test]
