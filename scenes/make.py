@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the scenes of this folder: `python3 scenes/make.py`. Their files are committed; this is how they were made."""
+"""Writes the scenes of this folder: `python3 scenes/make.py`. Their files are committed; this is how they were made.
+
+`python3 scenes/make.py large FOLDER [TRIANGLES]` writes a scene of that many triangles (560,000) to measure with.
+"""
 import math
 import pathlib
+import sys
 
 HERE = pathlib.Path(__file__).parent
 
@@ -98,7 +102,7 @@ class Obj:
         """A square lamp that shines downwards."""
         self.rectangle(material, (x - half, y, z - half), (x + half, y, z - half), (x + half, y, z + half))
 
-    def write(self, materials, camera, size=(256, 256), environment=None):
+    def write(self, materials, camera, size=(256, 256), environment=None, folder=HERE):
         comment = "".join(f"# {line}\n" for line in self.purpose.strip().splitlines())
         mtl = "".join(f"newmtl {name}\n" + "".join(f"{key} {value}\n" for key, value in m.items()) + "\n"
                       for name, m in materials.items())
@@ -107,10 +111,10 @@ class Obj:
                 f"[film]\nwidth = {size[0]}\nheight = {size[1]}\n")
         if environment is not None:
             toml += f"\n[environment]\nradiance = {list(environment)}\n"
-        (HERE / f"{self.name}.obj").write_text(
+        (folder / f"{self.name}.obj").write_text(
             comment + f"mtllib {self.name}.mtl\n" + "\n".join(self.lines) + "\n")
-        (HERE / f"{self.name}.mtl").write_text(f"# Materials of {self.name}.obj\n" + mtl)
-        (HERE / f"{self.name}.toml").write_text(toml)
+        (folder / f"{self.name}.mtl").write_text(f"# Materials of {self.name}.obj\n" + mtl)
+        (folder / f"{self.name}.toml").write_text(toml)
 
 
 DIFFUSE = {
@@ -208,5 +212,25 @@ by exactly the share of the paths longer than --depth, which shrinks geometrical
     o.write(materials, ((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), 24.0), (192, 96), (1, 1, 1))
 
 
-for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace):
-    scene()
+def large(folder, triangles):
+    """A box with rows of diffuse, metal and glass balls, finely triangulated."""
+    o = Obj("large", f"A box with balls of {triangles} triangles in all, to measure with.")
+    o.room()
+    count = 108
+    # Each level of subdivision has four times the triangles; the number of balls stays.
+    level = max(0, round(math.log(triangles / count / 20, 4)))
+    for i in range(count):
+        x, y, z = i % 6, i // 36, i // 6 % 6
+        centre = (-0.83 + 0.33 * x + 0.02 * (y % 2), 0.16 + 0.5 * y, -0.83 + 0.33 * z)
+        o.sphere(("white", "red", "metal", "green", "white", "glass")[(x + 2 * y + z) % 6], centre, 0.13, level)
+    o.lamp()
+    metal = {"metal": {"Kd": "0 0 0", "Ks": "0.9 0.75 0.5", "Pm": "1", "Pr": "0.4"}}
+    glass = {"glass": {"Kd": "0 0 0", "Ni": "1.5", "illum": "7"}}
+    o.write(DIFFUSE | LIGHT | metal | glass, FRONT, folder=pathlib.Path(folder))
+
+
+if sys.argv[1:2] == ["large"]:
+    large(sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 560_000)
+else:
+    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace):
+        scene()

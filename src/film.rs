@@ -84,9 +84,9 @@ pub struct Estimate {
     pub dy: Image,
     /// Variance of `primal`. From the second moments of low-discrepancy samples, so rather too large.
     pub primal_variance: Image,
-    /// Variance of `dx`.
+    /// Variance of `dx`, from its two parts as if they were independent: within a factor of about 2.
     pub dx_variance: Image,
-    /// Variance of `dy`.
+    /// Variance of `dy`, likewise.
     pub dy_variance: Image,
 }
 
@@ -279,10 +279,13 @@ impl Film {
             return e;
         }
         let n = n as f32;
-        // Of a mean over n samples; with one sample alone there is no telling.
+        // Of a mean over n samples; one sample alone says nothing.
         let variance = |sum_sq: Vec3, mean_sq: Vec3| {
-            let spread = (sum_sq / n - mean_sq).max(Vec3::ZERO);
-            if n > 1.0 { spread / (n - 1.0) } else { spread }
+            if n > 1.0 {
+                (sum_sq / n - mean_sq).max(Vec3::ZERO) / (n - 1.0)
+            } else {
+                Vec3::INFINITY
+            }
         };
         self.for_each(|index, pixel| {
             let mut sum = HalfPixel::default();
@@ -300,8 +303,10 @@ impl Film {
             e.dy.set(index, dy);
             e.primal_variance
                 .set(index, variance(sum.primal_sq, primal * primal));
-            // A difference is the sum of two independent parts, of which only the sum of the squares
-            // is kept: with means a and b it misses a² + b² ≥ (a + b)²/2.
+            // A difference has two parts, of which the squares are summed one by one. Their covariance is
+            // left out: they share the position inside the pixel, so the true variance is up to
+            // twice this, or less where both shifts are dead. With means a and b, (a + b)²/2 is at most
+            // what is to be subtracted, a² + b².
             e.dx_variance.set(index, variance(sum.dx_sq, dx * dx * 0.5));
             e.dy_variance.set(index, variance(sum.dy_sq, dy * dy * 0.5));
         });

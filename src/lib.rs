@@ -24,9 +24,10 @@
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
 //! | [`reconstruct`] | The picture from primal and differences. | image |
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
+//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, scene, trace, gradient, path, film, render, output |
 //! | [`cli`] | The command line: definitions only. | trace, gradient, render |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, path, image, film, render, reconstruct, output, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, path, image, film, render, reconstruct, output, bench, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -34,6 +35,7 @@
 #![deny(unsafe_code)]
 
 pub mod app;
+pub mod bench;
 pub mod bsdf;
 pub mod cli;
 pub mod error;

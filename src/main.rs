@@ -28,7 +28,8 @@ fn main() -> ExitCode {
     }
 
     let result = match Cli::parse().command {
-        Command::Render(args) => app::render(&args, &|| STOP.load(Ordering::SeqCst)),
+        Command::Render(args) => app::render::render(&args, &|| STOP.load(Ordering::SeqCst)),
+        Command::Bench(args) => app::bench::bench(&args),
     };
     match result {
         Ok(Ended::Done) => ExitCode::SUCCESS,

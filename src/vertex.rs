@@ -14,7 +14,9 @@ pub struct Vertex {
     pub position: Vec3,
     /// Geometric normal, unit, on the front side of the triangle.
     pub ng: Vec3,
-    /// Shading frame; its normal is on the front side too.
+    /// Interpolated shading normal, unit, on the front side too.
+    pub ns: Vec3,
+    /// Shading frame as seen from `wo`; where that is behind `ns`, it is around `ng`.
     pub frame: Frame,
     /// Unit direction to the previous vertex, in the world.
     pub wo: Vec3,
@@ -73,13 +75,11 @@ impl End {
                 front,
             }),
             None => {
-                // Seen from the front of the triangle but from behind the shading normal (or the other
-                // way round) there is nothing to shade with: use the geometric normal.
-                let facing = point.ns.dot(direction) < 0.0;
-                let normal = if facing == front { point.ns } else { point.ng };
+                let normal = normal_seen_from(point.ng, point.ns, -direction);
                 End::Surface(Vertex {
                     position: point.position,
                     ng: point.ng,
+                    ns: point.ns,
                     frame: Frame::new(normal),
                     wo: -direction,
                     offset: point.offset,
@@ -136,7 +136,13 @@ impl Vertex {
     /// As [`Vertex::eval`], seen from another vertex in the unit direction `wo`.
     #[inline]
     pub fn eval_seen_from(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Option<Eval> {
-        let (local_wo, local_wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
+        let normal = normal_seen_from(self.ng, self.ns, wo);
+        let frame = if normal == self.frame.n {
+            self.frame
+        } else {
+            Frame::new(normal)
+        };
+        let (local_wo, local_wi) = (frame.to_local(wo), frame.to_local(wi));
         if !self.agrees(wo, local_wo) || !self.agrees(wi, local_wi) {
             return None;
         }
@@ -186,6 +192,18 @@ impl Vertex {
             direction: end - origin,
             length: 1.0,
         }
+    }
+}
+
+/// The normal to shade with. From the front of the triangle but from behind the shading normal (or the
+/// other way round) there is nothing to shade with: then it is the geometric one. It depends on who
+/// looks, so base and offset path must each have their own.
+#[inline]
+fn normal_seen_from(ng: Vec3, ns: Vec3, wo: Vec3) -> Vec3 {
+    if (ns.dot(wo) > 0.0) == (ng.dot(wo) > 0.0) {
+        ns
+    } else {
+        ng
     }
 }
 

@@ -9,7 +9,6 @@ use crate::scene::material::Class;
 use crate::shift::{Offset, solid_angle_per_area};
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
-use crate::vertex::Vertex;
 use glam::Vec3;
 
 /// A path that is complete but for its shadow rays.
@@ -130,11 +129,14 @@ fn connect<const N: usize>(
             let (wi, g) = seen(vertex.position, light)?;
             let eval = vertex.eval(scene, wi)?;
             let per_density = g / light.density;
-            Some(Connection {
-                value: carried.throughput * eval.value * light.radiance * per_density,
+            let value = carried.throughput * eval.value * light.radiance * per_density;
+            let by_bsdf = carried.ratio * eval.pdf * survival(scene, vertex, k) * per_density;
+            // What is not finite is dead.
+            (value.is_finite() && by_bsdf.is_finite()).then(|| Connection {
+                value,
                 by_light: carried.ratio,
-                by_bsdf: carried.ratio * eval.pdf * survival(scene, vertex, k) * per_density,
-                ray: rays.push(&shadow_ray(vertex, light)),
+                by_bsdf,
+                ray: rays.push(&vertex.ray_to(light.position, light.ng, light.offset)),
             })
         }
     });
@@ -143,11 +145,6 @@ fn connect<const N: usize>(
         base,
         offsets,
     })
-}
-
-#[inline]
-fn shadow_ray(vertex: &Vertex, light: &LightSample) -> crate::trace::rays::Ray {
-    vertex.ray_to(light.position, light.ng, light.offset)
 }
 
 /// The unit direction to the point and its solid angle per area; `None` at the light's back.

@@ -21,9 +21,10 @@ pub(super) struct Weighted<'a> {
 const ROWS: usize = 16;
 
 impl Weighted<'_> {
-    /// Improves `x` until the residual has fallen to `tolerance` times that of zero, or for
-    /// `max_iterations`. Residuals are measured as rᵀM⁻¹r with the preconditioner M: an error of low
-    /// frequency has a small residual in the plain norm, since the screen alone holds it.
+    /// Improves `x` until the residual has fallen to `tolerance` times that of the primal as the
+    /// solution, or for `max_iterations`: so the end does not depend on what is added to the image.
+    /// Residuals are measured as rᵀM⁻¹r with the preconditioner M: an error of low frequency has a small
+    /// residual in the plain norm, since the screen alone holds it.
     pub(super) fn solve(
         &self,
         preconditioner: &ScreenedPoisson,
@@ -35,7 +36,7 @@ impl Weighted<'_> {
         let mean = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64;
         let screen = mean(self.v) as f32;
         let smooth = (0.5 * (mean(self.w.0) + mean(self.w.1))) as f32;
-        if !(screen > 0.0 && screen.is_finite() && smooth.is_finite()) {
+        if !(screen >= 0.0 && smooth > 0.0 && screen.is_finite() && smooth.is_finite()) {
             return Solution::default();
         }
         let precondition = |r: &[f32]| {
@@ -48,15 +49,19 @@ impl Weighted<'_> {
             .zip(self.v)
             .zip(self.primal)
             .for_each(|((b, v), p)| *b += v * p);
-        let scale = dot(&b, &precondition(&b)).max(f64::MIN_POSITIVE);
+        let mut r = vec![0.0; b.len()];
+        let residual = |x: &[f32], r: &mut [f32]| {
+            self.apply(x, r);
+            r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
+        };
+        residual(self.primal, &mut r);
+        let scale = dot(&r, &precondition(&r)).max(f64::MIN_POSITIVE);
         let ended = |iterations, rz: f64| Solution {
             iterations,
             residual: (rz / scale).max(0.0).sqrt(),
         };
 
-        let mut r = vec![0.0; b.len()];
-        self.apply(x, &mut r);
-        r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
+        residual(x, &mut r);
         let mut p = precondition(&r);
         let mut rz = dot(&r, &p);
         let mut q = vec![0.0; b.len()];

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 const ROUNDS: i32 = 20;
 const DECAY: f32 = 0.5;
 /// Accuracy and effort of one round.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 1e-4;
 const MAX_ITERATIONS: usize = 50;
 
 /// The picture I that minimises Σ|DI − G| + αΣ|I − P|.

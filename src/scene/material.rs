@@ -37,8 +37,9 @@ const GREY: f32 = 0.5;
 const MIRROR_EXPONENT: f32 = 1000.0;
 /// Below this the GGX roughness cannot be told from a perfectly smooth surface in 32-bit floats.
 const SMOOTHEST_ALPHA: f32 = 1e-4;
-/// A relative index this near to 1 bends nothing.
-const SAME_INDEX: f32 = 1e-5;
+/// At an index this near to 1 light passes unbent, however rough the surface is; and half vectors, of
+/// length |index − 1|, would be made of rounding errors.
+const SAME_INDEX: f32 = 1e-3;
 
 impl Material {
     /// Interprets an MTL material. Says which lobe is dropped where there is more than one.
@@ -147,7 +148,6 @@ fn glass(ior: f32, alpha: f32, tint: Vec3, path: &Path, name: &str) -> Result<Bs
             format!("material '{name}': the refractive index Ni {ior} is outside of 0.1 to 10");
         return Err(Error::input(path, None, message));
     }
-    // At index 1 every facet lets light through unbent: the surface is smooth however rough it is.
     if alpha < SMOOTHEST_ALPHA || (ior - 1.0).abs() < SAME_INDEX {
         Ok(Bsdf::Glass { ior, tint })
     } else {

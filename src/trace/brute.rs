@@ -1,7 +1,7 @@
 //! The oracle for tests: every ray against every triangle, in double precision.
 
 use super::rays::{AnyBatch, ClosestBatch, Hit, Ray};
-use super::{RayKind, Traverse};
+use super::{RayKind, Traverse, Way};
 use crate::scene::mesh::Mesh;
 use std::sync::Arc;
 
@@ -32,11 +32,23 @@ impl Brute {
 }
 
 impl Traverse for Brute {
-    fn closest(&self, batch: &mut ClosestBatch, _: RayKind) {
+    fn way(&self, _: RayKind) -> Way {
+        Way::SINGLE
+    }
+
+    fn ways(&self) -> &'static [Way] {
+        &[Way::SINGLE]
+    }
+
+    fn memory(&self) -> usize {
+        0
+    }
+
+    fn closest_by(&self, batch: &mut ClosestBatch, _: Way) {
         batch.trace_each(|ray| self.hits(ray).min_by(|a, b| a.t.total_cmp(&b.t)));
     }
 
-    fn any(&self, batch: &mut AnyBatch, _: RayKind) {
+    fn any_by(&self, batch: &mut AnyBatch, _: Way) {
         batch.trace_each(|ray| self.hits(ray).next().is_some());
     }
 }

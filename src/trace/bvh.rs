@@ -1,7 +1,7 @@
 //! The pure-Rust backend: a compressed wide BVH (obvhs).
 
 use super::rays::{AnyBatch, ClosestBatch, Hit, Ray};
-use super::{RayKind, Traverse};
+use super::{RayKind, Traverse, Way};
 use crate::scene::mesh::Mesh;
 use glam::Vec3A;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
@@ -44,7 +44,21 @@ impl Bvh {
 }
 
 impl Traverse for Bvh {
-    fn closest(&self, batch: &mut ClosestBatch, _: RayKind) {
+    fn way(&self, _: RayKind) -> Way {
+        Way::SINGLE
+    }
+
+    fn ways(&self) -> &'static [Way] {
+        &[Way::SINGLE]
+    }
+
+    fn memory(&self) -> usize {
+        size_of_val(&self.tree.nodes[..])
+            + size_of_val(&self.tree.primitive_indices[..])
+            + size_of_val(&self.triangles[..])
+    }
+
+    fn closest_by(&self, batch: &mut ClosestBatch, _: Way) {
         batch.trace_each(|ray| {
             let ray = Self::ray(&ray);
             let mut hit = RayHit::none();
@@ -63,7 +77,7 @@ impl Traverse for Bvh {
         });
     }
 
-    fn any(&self, batch: &mut AnyBatch, _: RayKind) {
+    fn any_by(&self, batch: &mut AnyBatch, _: Way) {
         batch.trace_each(|ray| {
             !self
                 .tree

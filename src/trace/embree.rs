@@ -2,12 +2,13 @@
 #![allow(unsafe_code)]
 
 use super::rays::{AnyBatch, ClosestBatch, HitBlock, RayBlock};
-use super::{RayKind, Traverse};
+use super::{RayKind, Traverse, Way, Width};
 use crate::error::{Error, Result};
 use crate::scene::mesh::Mesh;
 use std::ffi::CString;
 use std::mem::{align_of, size_of};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicIsize, Ordering};
 
 // Generated; not all of it is used.
 #[allow(
@@ -37,12 +38,23 @@ const _: () = assert!(
                 + std::mem::offset_of!(sys::RTCHit8, primID)
 );
 
+/// What the tree is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Build {
+    /// No gaps between triangles.
+    Robust,
+    /// Somewhat faster; a ray may slip through a shared edge.
+    Fast,
+}
+
 /// A committed Embree scene with one triangle mesh.
 pub struct Embree {
     scene: Owned<sys::RTCSceneTy>,
     /// Embree reads positions and indices from here.
     _mesh: Arc<Mesh>,
     _device: Owned<sys::RTCDeviceTy>,
+    /// Embree adds up its allocations here until the device is gone: dropped last.
+    bytes: Box<AtomicIsize>,
 }
 
 /// A counted reference to one of Embree's objects, released when dropped.
@@ -66,9 +78,10 @@ unsafe impl Sync for Embree {}
 
 impl Embree {
     /// Builds Embree's tree over `mesh` with at most `threads` threads.
-    pub fn new(mesh: Arc<Mesh>, threads: usize) -> Result<Self> {
+    pub fn new(mesh: Arc<Mesh>, threads: usize, build: Build) -> Result<Self> {
         let config =
             CString::new(format!("threads={threads},set_affinity=0")).expect("no NUL inside");
+        let bytes = Box::new(AtomicIsize::new(0));
         // SAFETY: each call gets objects from the calls before it, checked for null. The shared buffers
         // stay where they are as long as the scene, which holds the Arc; `positions` has one more
         // element than the triangles use, so that Embree's 16-byte reads stay inside.
@@ -81,6 +94,8 @@ impl Embree {
                 pointer,
                 release: sys::rtcReleaseDevice,
             };
+            // Embree writes to `bytes` atomically, until the device is released, before `bytes` is.
+            sys::gdpt_count_memory(device.pointer, bytes.as_ptr());
             let pointer = sys::rtcNewScene(device.pointer);
             if pointer.is_null() {
                 return Err(last_error(device.pointer));
@@ -89,7 +104,9 @@ impl Embree {
                 pointer,
                 release: sys::rtcReleaseScene,
             };
-            sys::rtcSetSceneFlags(scene.pointer, sys::RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
+            if build == Build::Robust {
+                sys::rtcSetSceneFlags(scene.pointer, sys::RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
+            }
             let pointer = sys::rtcNewGeometry(
                 device.pointer,
                 sys::RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE,
@@ -133,6 +150,7 @@ impl Embree {
                 scene,
                 _mesh: mesh,
                 _device: device,
+                bytes,
             })
         }
     }
@@ -145,8 +163,39 @@ unsafe fn last_error(device: sys::RTCDevice) -> Error {
     Error::Traversal(format!("Embree failed with error {code}"))
 }
 
+/// The fastest way for each kind of rays, in the order of [`RayKind::index`]; by `gdpt bench` on
+/// scenes/glossy.obj and on the large scene of scenes/make.py.
+const WAYS: [Way; RayKind::ALL.len()] = [
+    Way::COHERENT8,
+    Way::PACKET8,
+    Way::PACKET8,
+    Way::PACKET8,
+    Way::PACKET8,
+];
+
+const fn way(width: Width, coherent: bool) -> Way {
+    Way { width, coherent }
+}
+
 impl Traverse for Embree {
-    fn closest(&self, batch: &mut ClosestBatch, kind: RayKind) {
+    fn way(&self, kind: RayKind) -> Way {
+        WAYS[kind.index()]
+    }
+
+    fn ways(&self) -> &'static [Way] {
+        const ALL: [Way; 7] = [
+            Way::SINGLE,
+            way(Width::Packet4, false),
+            way(Width::Packet4, true),
+            Way::PACKET8,
+            Way::COHERENT8,
+            way(Width::Packet16, false),
+            way(Width::Packet16, true),
+        ];
+        &ALL
+    }
+
+    fn closest_by(&self, batch: &mut ClosestBatch, way: Way) {
         debug_assert!(batch.len <= batch.blocks.len() * super::rays::LANES);
         // SAFETY: the blocks have Embree's layout (asserted above) and alignment, and hold `len` rays.
         unsafe {
@@ -154,20 +203,54 @@ impl Traverse for Embree {
                 self.scene.pointer,
                 batch.blocks.as_mut_ptr().cast(),
                 batch.len,
-                i32::from(kind.is_coherent()),
+                way.width as u32,
+                i32::from(way.coherent),
             );
         }
     }
 
-    fn any(&self, batch: &mut AnyBatch, kind: RayKind) {
+    fn any_by(&self, batch: &mut AnyBatch, way: Way) {
         debug_assert!(batch.len <= batch.blocks.len() * super::rays::LANES);
-        // SAFETY: as for `closest`.
+        // SAFETY: as for `closest_by`.
         unsafe {
             sys::gdpt_any(
                 self.scene.pointer,
                 batch.blocks.as_mut_ptr().cast(),
                 batch.len,
-                i32::from(kind.is_coherent()),
+                way.width as u32,
+                i32::from(way.coherent),
+            );
+        }
+    }
+
+    fn memory(&self) -> usize {
+        self.bytes.load(Ordering::Relaxed).max(0) as usize
+    }
+}
+
+/// The bare C loops, for benches: packets of 8 without anything of ours but the floating-point mode.
+/// Rays beyond the last full block are left out.
+impl Embree {
+    /// Closest hits, as a program in C would find them.
+    pub fn bare_closest(&self, batch: &mut ClosestBatch) {
+        // SAFETY: as for `closest_by`.
+        unsafe {
+            sys::gdpt_bare_closest(
+                self.scene.pointer,
+                batch.blocks.as_mut_ptr().cast(),
+                batch.len,
+            );
+        }
+    }
+
+    /// Any hits, as a program in C would find them.
+    pub fn bare_any(&self, batch: &mut AnyBatch) {
+        // SAFETY: as for `closest_by`.
+        unsafe {
+            sys::gdpt_bare_any(
+                self.scene.pointer,
+                batch.blocks.as_mut_ptr().cast(),
+                batch.len,
             );
         }
     }

@@ -59,19 +59,91 @@ impl RayKind {
         ][self.index()]
     }
 
-    /// Whether packets of these rays go through the tree together.
+    /// Whether the closest hit is wanted, or any.
     #[inline]
-    pub fn is_coherent(self) -> bool {
-        self == RayKind::Primary
+    pub fn wants_closest(self) -> bool {
+        matches!(
+            self,
+            RayKind::Primary | RayKind::Bounce | RayKind::Continuation
+        )
     }
 }
 
-/// Finds what rays hit. Implementations are functions of the batch alone.
+/// How a batch goes through the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Way {
+    /// Rays that go together.
+    pub width: Width,
+    /// Whether the tree is told that they are alike.
+    pub coherent: bool,
+}
+
+/// How many rays go through the tree together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Width {
+    /// One by one.
+    Single = 1,
+    /// Packets of 4.
+    Packet4 = 4,
+    /// Packets of 8: the layout of the batches, so nothing is copied.
+    Packet8 = 8,
+    /// Packets of 16.
+    Packet16 = 16,
+}
+
+impl Way {
+    /// One by one; all that a backend without packets knows.
+    pub const SINGLE: Way = Way {
+        width: Width::Single,
+        coherent: false,
+    };
+    /// Packets of 8, the tree not told anything.
+    pub const PACKET8: Way = Way {
+        width: Width::Packet8,
+        coherent: false,
+    };
+    /// Packets of 8 that are alike.
+    pub const COHERENT8: Way = Way {
+        width: Width::Packet8,
+        coherent: true,
+    };
+
+    /// Such as `single`, `packet 8` or `packet 8 coherent`.
+    pub fn name(self) -> String {
+        let width = match self.width {
+            Width::Single => "single".to_owned(),
+            packet => format!("packet {}", packet as u32),
+        };
+        if self.coherent {
+            width + " coherent"
+        } else {
+            width
+        }
+    }
+}
+
+/// Finds what rays hit. Results are functions of the rays alone.
 pub trait Traverse: Sync + Send {
-    /// Finds the closest hit of every ray.
-    fn closest(&self, batch: &mut ClosestBatch, kind: RayKind);
+    /// The fastest way for a kind of rays; the table of the backend.
+    fn way(&self, kind: RayKind) -> Way;
+    /// All ways that the backend knows.
+    fn ways(&self) -> &'static [Way];
+    /// Finds the closest hit of every ray, going one of [`Traverse::ways`].
+    fn closest_by(&self, batch: &mut ClosestBatch, way: Way);
     /// Finds whether anything blocks each ray.
-    fn any(&self, batch: &mut AnyBatch, kind: RayKind);
+    fn any_by(&self, batch: &mut AnyBatch, way: Way);
+    /// Bytes that the acceleration structure takes, without the mesh.
+    fn memory(&self) -> usize;
+
+    /// Finds the closest hit of every ray the fastest way.
+    fn closest(&self, batch: &mut ClosestBatch, kind: RayKind) {
+        self.closest_by(batch, self.way(kind));
+    }
+
+    /// Finds whether anything blocks each ray, the fastest way.
+    fn any(&self, batch: &mut AnyBatch, kind: RayKind) {
+        self.any_by(batch, self.way(kind));
+    }
 }
 
 /// Which implementation traces the rays.
@@ -101,7 +173,11 @@ impl Backend {
     pub fn build(self, mesh: &Arc<Mesh>, threads: usize) -> Result<Box<dyn Traverse>> {
         Ok(match self {
             #[cfg(feature = "embree")]
-            Backend::Embree => Box::new(embree::Embree::new(mesh.clone(), threads)?),
+            Backend::Embree => Box::new(embree::Embree::new(
+                mesh.clone(),
+                threads,
+                embree::Build::Robust,
+            )?),
             Backend::Bvh => {
                 let _ = threads; // obvhs builds on one thread
                 Box::new(bvh::Bvh::new(mesh))

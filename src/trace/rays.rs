@@ -123,6 +123,13 @@ pub struct AnyBatch {
 }
 
 impl ClosestBatch {
+    /// A batch of these rays.
+    pub fn of(rays: &[Ray]) -> Self {
+        let mut batch = Self::default();
+        rays.iter().for_each(|ray| _ = batch.push(ray));
+        batch
+    }
+
     /// Forgets all rays; keeps the memory.
     pub fn clear(&mut self) {
         self.len = 0;
@@ -190,6 +197,19 @@ impl ClosestBatch {
 }
 
 impl AnyBatch {
+    /// A batch of these rays.
+    pub fn of(rays: &[Ray]) -> Self {
+        let mut batch = Self::default();
+        rays.iter().for_each(|ray| _ = batch.push(ray));
+        batch
+    }
+
+    /// The ray as it was added, until it is traced.
+    #[inline]
+    pub fn ray(&self, index: u32) -> Ray {
+        self.blocks[index as usize / LANES].get(index as usize % LANES)
+    }
+
     /// Forgets all rays; keeps the memory.
     pub fn clear(&mut self) {
         self.len = 0;

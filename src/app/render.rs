@@ -1,32 +1,22 @@
 //! `gdpt render` from flags to files.
 
+use super::{Ended, SceneFlags, load_scene, thread_pool};
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Estimate, Film, FirstHits, Halves};
 use crate::image::Image;
-use crate::load::{obj, sidecar};
+use crate::load::sidecar::CameraTable;
 use crate::output::{self, exr::Layers, png, stats::Stats};
 use crate::path::PathSettings;
 use crate::progress::Reporter;
 use crate::reconstruct::{Problem, Solution, l1, l2};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
-use crate::scene::{Scene, SceneSettings};
-use glam::Vec3;
+use crate::scene::Scene;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
-/// How the program ended, if not with an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// Everything that was asked for is done.
-    Done,
-    /// A signal ended the render; what there was is written.
-    Interrupted,
-}
-
 const DEFAULT_SPP: u64 = 64;
-const DEFAULT_SIZE: u32 = 512;
 
 /// Renders a scene. `stop` is asked between passes whether to end early.
 pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
@@ -48,16 +38,13 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     {
         output::check_writable(path)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| Error::Setting(format!("the threads could not be started: {e}")))?;
+    let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
 
     // Scene.
     let start = Instant::now();
     let mut reporter = Reporter::new(args.quiet);
-    let scene = load_scene(args, &mut warnings)?;
+    let scene = load(args, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let tracer = args
@@ -181,9 +168,6 @@ fn check_limits(args: &RenderArgs) -> Result<Limits> {
     if args.depth == 0 {
         return Err(Error::Setting("--depth must be at least 1".into()));
     }
-    if args.threads == Some(0) {
-        return Err(Error::Setting("--threads must be at least 1".into()));
-    }
     if !(args.alpha >= 0.0 && args.alpha.is_finite()) {
         return Err(Error::Setting(
             "--alpha must be a number, not negative".into(),
@@ -207,27 +191,20 @@ fn check_limits(args: &RenderArgs) -> Result<Limits> {
     })
 }
 
-fn load_scene(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
-    let file = obj::load(&args.scene, warnings)?;
-    let mut toml = sidecar::load(&args.scene)?;
-    let camera = &mut toml.camera;
-    camera.origin = args.origin.or(camera.origin);
-    camera.target = args.target.or(camera.target);
-    camera.up = args.up.or(camera.up);
-    camera.fov = args.fov.or(camera.fov);
-    let settings = SceneSettings {
-        camera: toml.camera,
-        size: args.size.unwrap_or((
-            toml.film.width.unwrap_or(DEFAULT_SIZE),
-            toml.film.height.unwrap_or(DEFAULT_SIZE),
-        )),
-        environment: args
-            .environment
-            .or(toml.environment.radiance)
-            .map(Vec3::from),
+fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
+    let camera = CameraTable {
+        origin: args.origin,
+        target: args.target,
+        up: args.up,
+        fov: args.fov,
+    };
+    let flags = SceneFlags {
+        camera,
+        size: args.size,
+        environment: args.environment,
         roughness_threshold: args.roughness_threshold,
     };
-    Scene::build(&args.scene, file, &settings, warnings)
+    load_scene(&args.scene, flags, warnings)
 }
 
 /// The method of reconstruction that is meant where none is named.

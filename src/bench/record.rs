@@ -1,0 +1,117 @@
+//! Records the rays of a render, of base and offset paths at each bounce, batch by batch.
+
+use crate::film::Film;
+use crate::gradient::Weights;
+use crate::path::PathSettings;
+use crate::render::{Job, Limits, Method, TILE_SIZE};
+use crate::scene::Scene;
+use crate::trace::rays::{AnyBatch, ClosestBatch, Ray};
+use crate::trace::{RayKind, Traverse, Way};
+use std::sync::Mutex;
+
+/// The rays of one kind, in the batches in which the renderer traced them.
+#[derive(Clone, Debug, Default)]
+pub struct Recording {
+    /// Each batch's rays.
+    pub batches: Vec<Vec<Ray>>,
+}
+
+impl Recording {
+    /// Number of rays.
+    pub fn len(&self) -> usize {
+        self.batches.iter().map(Vec::len).sum()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.batches.is_empty()
+    }
+}
+
+/// Traces with another backend and keeps the rays.
+struct Recorder<'a> {
+    inner: &'a dyn Traverse,
+    kept: [Mutex<Recording>; RayKind::ALL.len()],
+    /// Rays of a kind after which no more are kept.
+    enough: usize,
+}
+
+impl Recorder<'_> {
+    fn keep(&self, kind: RayKind, rays: impl Iterator<Item = Ray>) {
+        let mut kept = self.kept[kind.index()]
+            .lock()
+            .expect("no panic while recording");
+        if kept.len() < self.enough {
+            kept.batches.push(rays.collect());
+        }
+    }
+}
+
+impl Traverse for Recorder<'_> {
+    fn way(&self, kind: RayKind) -> Way {
+        self.inner.way(kind)
+    }
+
+    fn ways(&self) -> &'static [Way] {
+        self.inner.ways()
+    }
+
+    fn memory(&self) -> usize {
+        self.inner.memory()
+    }
+
+    fn closest_by(&self, batch: &mut ClosestBatch, way: Way) {
+        self.inner.closest_by(batch, way);
+    }
+
+    fn any_by(&self, batch: &mut AnyBatch, way: Way) {
+        self.inner.any_by(batch, way);
+    }
+
+    fn closest(&self, batch: &mut ClosestBatch, kind: RayKind) {
+        self.keep(kind, (0..batch.len() as u32).map(|i| batch.ray(i)));
+        self.inner.closest(batch, kind);
+    }
+
+    fn any(&self, batch: &mut AnyBatch, kind: RayKind) {
+        self.keep(kind, (0..batch.len() as u32).map(|i| batch.ray(i)));
+        self.inner.any(batch, kind);
+    }
+}
+
+/// Renders one sample of every pixel, again and again until there are about `enough` rays of the kinds
+/// that the scene has, and returns the rays by kind.
+pub fn record(
+    scene: &Scene,
+    tracer: &dyn Traverse,
+    depth: u32,
+    enough: usize,
+) -> [Recording; RayKind::ALL.len()] {
+    let recorder = Recorder {
+        inner: tracer,
+        kept: Default::default(),
+        enough,
+    };
+    let mut film = Film::new(scene.camera.width, scene.camera.height, TILE_SIZE);
+    const ROUNDS: u64 = 4;
+    for samples in 1..=ROUNDS {
+        let job = Job {
+            scene,
+            tracer: &recorder,
+            method: Method::Gpt,
+            settings: PathSettings {
+                depth,
+                seed: 0,
+                weights: Weights::Mis,
+            },
+            limits: Limits {
+                samples: 2 * samples,
+                time: None,
+            },
+        };
+        job.run(&mut film, &|| false, &mut |_| ());
+    }
+    recorder
+        .kept
+        .map(|k| k.into_inner().expect("no panic while recording"))
+}
