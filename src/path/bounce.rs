@@ -1,7 +1,7 @@
 //! The bounce step: every base path scatters, and its offset paths follow by reconnection or by
 //! half-vector copy.
 
-use super::{BasePath, Context, Counts, PathTracer, or_dead, survival};
+use super::{BasePath, Context, Counts, Wavefront, gather, or_dead, survival};
 use crate::gradient::{Base, Shift};
 use crate::sampler::Dimension;
 use crate::scene::material::Class;
@@ -56,7 +56,7 @@ impl Follower {
     };
 }
 
-impl<const N: usize> PathTracer<N> {
+impl<const N: usize> Wavefront<N> {
     pub(super) fn bounce_step(&mut self, context: Context, k: u32) {
         self.scatter(context, k);
         Self::trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
@@ -189,7 +189,8 @@ impl<const N: usize> PathTracer<N> {
                 value: throughput * radiance,
                 densities: 1.0 + by_light,
             };
-            let shifts = bounce.followers.map(|follower| {
+            let shift = |j: usize| {
+                let follower = &bounce.followers[j];
                 let light_density = follower.ratio * by_light;
                 let reached = |carried: Carried, radiance: Vec3| Shift {
                     value: carried.throughput * radiance,
@@ -224,14 +225,9 @@ impl<const N: usize> PathTracer<N> {
                         }
                     }
                 }
-            });
-            Self::gather(
-                samples,
-                path.pixel,
-                context.settings.weights,
-                &base,
-                &shifts,
-            );
+            };
+            let sample = &mut samples[path.pixel as usize];
+            gather::<N>(sample, context.settings.weights, &base, shift);
             false
         });
     }

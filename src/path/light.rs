@@ -1,7 +1,7 @@
 //! The light step: at every rough vertex a point on a light is sampled (next event estimation), for
 //! the base path and, with the same point, for its offset paths.
 
-use super::{BasePath, Context, PathTracer, survival};
+use super::{BasePath, Context, Wavefront, gather, survival};
 use crate::gradient::{Base, Shift};
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
@@ -44,7 +44,7 @@ impl Connection {
     }
 }
 
-impl<const N: usize> PathTracer<N> {
+impl<const N: usize> Wavefront<N> {
     pub(super) fn light_step(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         if scene.lights.is_empty() {
@@ -63,20 +63,16 @@ impl<const N: usize> PathTracer<N> {
         Self::trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         for light_path in &self.light_paths {
             let (value, densities) = light_path.base.resolve(&self.shadow);
-            let shifts = light_path.offsets.map(|offset| {
-                offset.map_or(Shift::DEAD, |connection| {
+            let base = Base { value, densities };
+            let shift = |j: usize| match &light_path.offsets[j] {
+                Some(connection) => {
                     let (value, densities) = connection.resolve(&self.shadow);
                     Shift { value, densities }
-                })
-            });
-            let base = Base { value, densities };
-            Self::gather(
-                &mut self.samples,
-                light_path.pixel,
-                context.settings.weights,
-                &base,
-                &shifts,
-            );
+                }
+                None => Shift::DEAD,
+            };
+            let sample = &mut self.samples[light_path.pixel as usize];
+            gather::<N>(sample, context.settings.weights, &base, shift);
         }
     }
 }

@@ -103,14 +103,35 @@ impl<const N: usize> BasePath<N> {
     }
 }
 
-/// The gradient-domain path tracer (`N` = 4) or the plain one (`N` = 0) with its buffers: for one thread,
-/// used again for every tile.
+/// The gradient-domain path tracer (`N` = 4) or the plain one (`N` = 0) with its buffers: for one
+/// thread, used again for every tile.
+#[derive(Default)]
 pub struct PathTracer<const N: usize> {
+    /// Base paths with offset paths that have vertices or directions of their own.
+    front: Wavefront<N>,
+    /// What follows once all offset paths of a base path are connected or dead: for all of them the
+    /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
+    suffixes: Wavefront<0>,
+    shares: Vec<Share<N>>,
+}
+
+/// What a suffix counts for: its light S adds `primal`·S to the primal and `to`·S to the differences of
+/// a pixel. For F = βS, Y = B·S and densities that all have the ratio R, w(Y − F) is
+/// (B − β)S/(1 + R) over the densities of the techniques, which are inside S.
+struct Share<const N: usize> {
+    pixel: u32,
+    primal: Vec3,
+    to: [Vec3; N],
+}
+
+/// Paths at one vertex, with the buffers for their next steps.
+struct Wavefront<const N: usize> {
     paths: Vec<BasePath<N>>,
     /// Primary hits of the tile and, with offset paths, of a border of one pixel.
     ends: Vec<Option<End>>,
     light_paths: Vec<light::LightPath<N>>,
     bounces: Vec<bounce::Bounce<N>>,
+    /// What the paths gather, by their `pixel`.
     samples: Vec<PixelSample>,
     primary: ClosestBatch,
     bounce: ClosestBatch,
@@ -120,7 +141,7 @@ pub struct PathTracer<const N: usize> {
     counts: Counts,
 }
 
-impl<const N: usize> Default for PathTracer<N> {
+impl<const N: usize> Default for Wavefront<N> {
     fn default() -> Self {
         Self {
             paths: Vec::new(),
@@ -162,24 +183,102 @@ impl<const N: usize> PathTracer<N> {
             tracer,
             settings,
         };
-        self.counts = Counts::default();
         for sample in range {
-            self.samples.clear();
-            self.samples
+            self.front.samples.clear();
+            self.front
+                .samples
                 .resize((tile.width * tile.height) as usize, PixelSample::default());
-            self.primary_step(context, tile, sample, sums);
+            self.front.primary_step(context, tile, sample, sums);
+            self.hand_over(settings.weights);
             // A path at x_k has k segments; what is gathered there has k + 1.
             for k in 1..settings.depth {
-                if self.paths.is_empty() {
+                if self.front.paths.is_empty() && self.suffixes.paths.is_empty() {
                     break;
                 }
-                self.light_step(context, k);
-                self.bounce_step(context, k);
+                self.front.step(context, k);
+                self.suffixes.step(context, k);
+                self.hand_over(settings.weights);
             }
-            self.paths.clear();
-            self.finish_sample(tile, sample, sums);
+            self.front.paths.clear();
+            self.collect();
+            self.front.finish_sample(tile, sample, sums);
         }
-        std::mem::take(&mut self.counts)
+        let mut counts = std::mem::take(&mut self.front.counts);
+        counts.add(&std::mem::take(&mut self.suffixes.counts));
+        counts
+    }
+
+    /// Makes suffixes of the paths whose offset paths are all connected or dead.
+    fn hand_over(&mut self, weights: Weights) {
+        if N == 0 {
+            return;
+        }
+        let Self {
+            front,
+            suffixes,
+            shares,
+        } = self;
+        front.paths.retain(|path| {
+            let settled = path
+                .offsets
+                .iter()
+                .all(|o| matches!(o, Offset::Connected(_) | Offset::Dead));
+            if settled {
+                // Densities of the base path are inside S: here they are 1.
+                let base = Base {
+                    value: path.throughput,
+                    densities: 1.0,
+                };
+                let to = std::array::from_fn(|j| match &path.offsets[j] {
+                    Offset::Connected(c) => {
+                        let shift = Shift {
+                            value: c.throughput,
+                            densities: c.ratio,
+                        };
+                        base.difference(&shift, weights)
+                    }
+                    _ => base.difference(&Shift::DEAD, weights),
+                });
+                suffixes.paths.push(BasePath {
+                    pixel: shares.len() as u32,
+                    sampler: path.sampler,
+                    vertex: path.vertex,
+                    throughput: Vec3::ONE,
+                    offsets: [],
+                });
+                suffixes.samples.push(PixelSample::default());
+                shares.push(Share {
+                    pixel: path.pixel,
+                    primal: base.primal(),
+                    to,
+                });
+            }
+            !settled
+        });
+    }
+
+    /// Adds what the suffixes gathered to the samples of their pixels.
+    fn collect(&mut self) {
+        for (share, gathered) in self.shares.iter().zip(&self.suffixes.samples) {
+            let sample = &mut self.front.samples[share.pixel as usize];
+            sample.primal += share.primal * gathered.primal;
+            for (sum, to) in sample.to.iter_mut().zip(&share.to) {
+                *sum += *to * gathered.primal;
+            }
+        }
+        self.shares.clear();
+        self.suffixes.samples.clear();
+        self.suffixes.paths.clear();
+    }
+}
+
+impl<const N: usize> Wavefront<N> {
+    /// Light and bounce at x_k.
+    fn step(&mut self, context: Context, k: u32) {
+        if !self.paths.is_empty() {
+            self.light_step(context, k);
+            self.bounce_step(context, k);
+        }
     }
 
     /// Adds the sample of each pixel to its sums; what is not finite is dropped whole.
@@ -196,22 +295,6 @@ impl<const N: usize> PathTracer<N> {
                     .first_dropped
                     .get_or_insert((tile.x + x, tile.y + y, sample));
             }
-        }
-    }
-
-    /// Adds a complete path and its shifts to the sample of its pixel.
-    #[inline]
-    fn gather(
-        samples: &mut [PixelSample],
-        pixel: u32,
-        weights: Weights,
-        base: &Base,
-        shifts: &[Shift; N],
-    ) {
-        let sample = &mut samples[pixel as usize];
-        sample.primal += base.primal();
-        for (sum, shift) in sample.to.iter_mut().zip(shifts) {
-            *sum += base.difference(shift, weights);
         }
     }
 
@@ -232,6 +315,20 @@ impl<const N: usize> PathTracer<N> {
             counts.rays[kind.index()] += batch.len() as u64;
             context.tracer.any(batch, kind);
         }
+    }
+}
+
+/// Adds a complete path and its `N` shifts to the sample of its pixel.
+#[inline]
+fn gather<const N: usize>(
+    sample: &mut PixelSample,
+    weights: Weights,
+    base: &Base,
+    mut shift: impl FnMut(usize) -> Shift,
+) {
+    sample.primal += base.primal();
+    for j in 0..N {
+        sample.to[j] += base.difference(&shift(j), weights);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The primary step: one camera ray for each pixel and sample serves the pixel's base path and the
 //! offset paths of its four neighbours (method.md section 4).
 
-use super::{BasePath, Context, PathTracer, Tile, or_dead};
+use super::{BasePath, Context, Tile, Wavefront, or_dead};
 use crate::gradient::Neighbour;
 use crate::sampler::{Dimension, Sampler};
 use crate::shift::{self, Death, Offset};
@@ -11,7 +11,7 @@ use crate::trace::rays::Ray;
 use crate::vertex::{End, Vertex};
 use glam::Vec3;
 
-impl<const N: usize> PathTracer<N> {
+impl<const N: usize> Wavefront<N> {
     /// Traces the camera rays of one sample and starts the base paths at their first vertices.
     pub(super) fn primary_step(
         &mut self,

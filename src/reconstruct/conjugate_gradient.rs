@@ -56,9 +56,16 @@ impl Weighted<'_> {
         };
         residual(self.primal, &mut r);
         let scale = dot(&r, &precondition(&r)).max(f64::MIN_POSITIVE);
+        // Below the rounding of the right side there is nothing to gain, and steps lead astray.
+        let rounding = f64::from(4.0 * f32::EPSILON).powi(2) * dot(&b, &precondition(&b));
+        let limit = (scale * tolerance * tolerance).max(rounding);
         let ended = |iterations, rz: f64| Solution {
             iterations,
-            residual: (rz / scale).max(0.0).sqrt(),
+            residual: if rz <= rounding {
+                0.0
+            } else {
+                (rz / scale).max(0.0).sqrt()
+            },
         };
 
         residual(x, &mut r);
@@ -66,7 +73,7 @@ impl Weighted<'_> {
         let mut rz = dot(&r, &p);
         let mut q = vec![0.0; b.len()];
         for iteration in 0..max_iterations {
-            if rz <= scale * tolerance * tolerance {
+            if rz <= limit {
                 return ended(iteration, rz);
             }
             self.apply(&p, &mut q);

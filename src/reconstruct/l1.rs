@@ -13,6 +13,8 @@ use rayon::prelude::*;
 /// of any brightness, and outliers that L2 has spread far are undone before the weights freeze.
 const ROUNDS: i32 = 20;
 const DECAY: f32 = 0.5;
+/// Residuals below this share of the image's brightness are rounding errors.
+const ROUNDING: f32 = 1e-5;
 /// Accuracy and effort of one round.
 const TOLERANCE: f64 = 1e-4;
 const MAX_ITERATIONS: usize = 50;
@@ -22,10 +24,11 @@ pub fn solve(problem: &Problem, alpha: f32) -> (Image, Solution) {
     let (width, height) = (problem.primal.width, problem.primal.height);
     let preconditioner = ScreenedPoisson::new(width, height);
     let mut picture = l2::solve(problem, alpha);
-    let first = mean_residual(problem, &picture).max(f32::MIN_POSITIVE);
+    let first = mean_residual(problem, &picture);
+    let floor = (ROUNDING * mean_absolute(problem.primal)).max(f32::MIN_POSITIVE);
     let mut ended = Solution::default();
     for round in 0..ROUNDS {
-        let regulariser = (first * DECAY.powi(round)).max(f32::MIN_POSITIVE);
+        let regulariser = (first * DECAY.powi(round)).max(floor);
         let (v, wx, wy) = weights(problem, &picture, alpha, regulariser);
         let mut residual = 0.0f64;
         for c in 0..3 {
@@ -69,6 +72,16 @@ fn residuals(problem: &Problem, picture: &Image, i: usize) -> (f32, f32, f32) {
         difference(i % width + 1 < width, i + 1, problem.dx),
         difference(i / width + 1 < height, i + width, problem.dy),
     )
+}
+
+fn mean_absolute(image: &Image) -> f32 {
+    let sum: f64 = image
+        .channels
+        .iter()
+        .flatten()
+        .map(|&x| f64::from(x.abs()))
+        .sum();
+    (sum / (3 * image.width * image.height) as f64) as f32
 }
 
 fn mean_residual(problem: &Problem, picture: &Image) -> f32 {
