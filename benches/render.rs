@@ -1,0 +1,167 @@
+//! The renderer's parts: shift, light sampling, a whole tile by both methods, reconstruction.
+
+mod common;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use gdpt::bsdf::Lobe;
+use gdpt::film::Halves;
+use gdpt::gradient::Weights;
+use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::reconstruct::{Problem, l1, l2};
+use gdpt::render::{Job, Limits, Method, TILE_SIZE};
+use gdpt::sampler::{Dimension, Sampler};
+use gdpt::scene::Scene;
+use gdpt::shift;
+use gdpt::sums::TileSums;
+use gdpt::trace::rays::{ClosestBatch, Ray};
+use gdpt::trace::{Backend, RayKind, Traverse};
+use gdpt::vertex::{End, Scattering, Vertex};
+use std::hint::black_box;
+
+const SETTINGS: PathSettings = PathSettings {
+    depth: 12,
+    seed: 0,
+    weights: Weights::Mis,
+};
+
+/// The primary hits of the picture's middle row and of the row below.
+fn vertices(scene: &Scene, tracer: &dyn Traverse) -> Vec<(Vertex, Vertex)> {
+    let camera = &scene.camera;
+    let row = |y: f32| -> Vec<Option<Vertex>> {
+        let direction = |x| camera.direction(x as f32 + 0.5, y);
+        let rays: Vec<Ray> = (0..camera.width)
+            .map(|x| Ray {
+                origin: camera.origin,
+                direction: direction(x),
+                length: f32::INFINITY,
+            })
+            .collect();
+        let mut batch = ClosestBatch::of(&rays);
+        tracer.closest(&mut batch, RayKind::Primary);
+        (0..camera.width)
+            .map(|x| match End::new(scene, batch.hit(x), direction(x)) {
+                End::Surface(v) => Some(v),
+                _ => None,
+            })
+            .collect()
+    };
+    let (a, b) = (
+        row(camera.height as f32 * 0.6),
+        row(camera.height as f32 * 0.6 + 1.0),
+    );
+    a.into_iter()
+        .zip(b)
+        .filter_map(|(a, b)| Some((a?, b?)))
+        .collect()
+}
+
+fn parts(c: &mut Criterion) {
+    let scene = common::shipped("glossy");
+    let tracer = Backend::DEFAULT.build(&scene.mesh, 1).expect("a tree");
+    let pairs = vertices(&scene, &*tracer);
+    let mut group = c.benchmark_group("parts");
+    group.throughput(Throughput::Elements(pairs.len() as u64));
+
+    let next = (glam::Vec3::new(0.3, 1.99, 0.1), glam::Vec3::NEG_Y);
+    group.bench_function("reconnection", |b| {
+        b.iter(|| {
+            for (x, y) in &pairs {
+                let wi = (next.0 - x.position).normalize();
+                let _ = black_box(shift::reconnect(&scene, x, wi, y, next));
+            }
+        });
+    });
+    let scattered: Vec<(Scattering, Vertex, Vertex)> = pairs
+        .iter()
+        .filter_map(|(x, y)| Some((x.sample(&scene, [0.3, 0.6, 0.01])?, *x, *y)))
+        .filter(|(s, ..)| s.lobe == Lobe::Reflection)
+        .collect();
+    group.bench_function("half-vector copy", |b| {
+        b.iter(|| {
+            for (s, x, y) in &scattered {
+                let _ = black_box(shift::copy_half_vector(&scene, x, s, y));
+            }
+        });
+    });
+    group.bench_function("light sample", |b| {
+        b.iter(|| {
+            for (i, (x, _)) in pairs.iter().enumerate() {
+                let [a, b, c, _] = Sampler::for_pixel(0, i as u32, 0, 5).draw(Dimension::Light(1));
+                let light = scene.lights.sample([a, b, c]);
+                let seen = shift::solid_angle_per_area(x.position, light.position, light.ng);
+                black_box(seen.and_then(|(wi, _)| x.eval(&scene, wi)));
+            }
+        });
+    });
+    group.finish();
+}
+
+fn tile<const N: usize>(
+    scene: &Scene,
+    tracer: &dyn Traverse,
+    paths: &mut PathTracer<N>,
+    sums: &mut TileSums,
+) {
+    let tile = Tile {
+        x: 96,
+        y: 128,
+        width: TILE_SIZE,
+        height: TILE_SIZE,
+    };
+    sums.reset((TILE_SIZE * TILE_SIZE) as usize);
+    black_box(paths.render(scene, tracer, &SETTINGS, tile, 0..2, sums));
+}
+
+fn tiles(c: &mut Criterion) {
+    for (name, scene) in [
+        ("cornell", common::shipped("cornell")),
+        ("glossy", common::shipped("glossy")),
+        ("large", common::large()),
+    ] {
+        let tracer = Backend::DEFAULT.build(&scene.mesh, 1).expect("a tree");
+        let mut group = c.benchmark_group(format!("tile/{name}"));
+        group.sample_size(30);
+        group.throughput(Throughput::Elements(2 * u64::from(TILE_SIZE * TILE_SIZE)));
+        let mut sums = TileSums::default();
+        let mut plain = PathTracer::<0>::default();
+        group.bench_function("pt", |b| {
+            b.iter(|| tile(&scene, &*tracer, &mut plain, &mut sums))
+        });
+        let mut gradient = PathTracer::<4>::default();
+        group.bench_function("gpt", |b| {
+            b.iter(|| tile(&scene, &*tracer, &mut gradient, &mut sums))
+        });
+        group.finish();
+    }
+}
+
+fn reconstruction(c: &mut Criterion) {
+    let scene = common::shipped("glossy");
+    let tracer = Backend::DEFAULT.build(&scene.mesh, 2).expect("a tree");
+    let mut film = gdpt::film::Film::new(scene.camera.width, scene.camera.height, TILE_SIZE);
+    let job = Job {
+        scene: &scene,
+        tracer: &*tracer,
+        method: Method::Gpt,
+        settings: SETTINGS,
+        limits: Limits {
+            samples: 16,
+            time: None,
+        },
+    };
+    job.run(&mut film, &|| false, &mut |_| ());
+    let e = film.estimate(Halves::Both);
+    let problem = Problem {
+        primal: &e.primal,
+        dx: &e.dx,
+        dy: &e.dy,
+    };
+    let mut group = c.benchmark_group("reconstruction/256x256");
+    group.sample_size(10);
+    group.bench_function("l2", |b| b.iter(|| black_box(l2::solve(&problem, 0.2))));
+    group.bench_function("l1", |b| b.iter(|| black_box(l1::solve(&problem, 0.2))));
+    group.finish();
+}
+
+criterion_group!(benches, parts, tiles, reconstruction);
+criterion_main!(benches);
