@@ -28,9 +28,11 @@ pub enum Command {
 /// `gdpt bench`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The rays are those of a real render of the scene: base and offset rays at every bounce, in the batches
-in which the renderer traces them. All ways are measured in turn, several times over; compare them
-within one run. The number of hits is a checksum: it may differ by the few rays that meet an edge.
+The rays are those of a real render of the scene: base and offset rays at every bounce, in
+the batches of the renderer. All ways are measured in turn, several times over; compare them
+within one run. The number of hits is a checksum: it may differ by the few rays that meet an
+edge. A star marks the way that gdpt render goes. \"embree fast\" is Embree without its robust
+edge tests; gdpt render uses the robust ones.
 
 Examples:
   gdpt bench scene.obj
@@ -81,7 +83,8 @@ Examples:
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
 
-Exit codes: 0 done, 1 failed, 2 wrong usage, 130 ended by Ctrl-C (what there was is written).")]
+Exit codes: 0 done; 1 failed, or a setting that is not possible; 2 flags that cannot be read;
+130 ended by Ctrl-C (what there was is written).")]
 pub struct RenderArgs {
     /// The scene; materials from its MTL, camera and environment from SCENE.toml beside it
     pub scene: PathBuf,

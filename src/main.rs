@@ -3,6 +3,7 @@
 use clap::Parser;
 use gdpt::app::{self, Ended};
 use gdpt::cli::{Cli, Command};
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,6 +23,8 @@ fn main() -> ExitCode {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(i32::from(INTERRUPTED));
         }
+        let message = "ending after this pass; Ctrl-C again ends at once, without a picture";
+        let _ = writeln!(std::io::stderr(), "\n{message}");
     });
     if let Err(e) = handler {
         eprintln!("warning: Ctrl-C will end at once, without a picture: {e}");

@@ -229,6 +229,7 @@ fn impossible_settings() {
         (vec!["--spp", "-1"], vec!["-1"]),
         (vec!["--depth", "0"], vec!["--depth"]),
         (vec!["--threads", "0"], vec!["--threads"]),
+        (vec!["--threads", "100000"], vec!["--threads"]),
         (vec!["--time", "0s"], vec!["--time"]),
         (vec!["--alpha", "nan"], vec!["--alpha"]),
         (vec!["--fov", "180"], vec!["180"]),
@@ -277,7 +278,7 @@ fn unwritable_outputs() {
         "a.obj",
         &case.path("none/out.exr"),
         &[],
-        &["none/out.exr", "cannot be written"],
+        &["none/out.exr", "does not exist"],
     );
     case.refuses_at(
         "a.obj",
@@ -304,6 +305,29 @@ fn unwritable_outputs() {
         "a.obj",
         &["--stats", stats.to_str().unwrap()],
         &["none/s.json"],
+    );
+}
+
+/// No file is written over another one, least of all over the scene.
+#[test]
+fn colliding_outputs() {
+    let case = quad();
+    let same = case.path("out.exr");
+    case.refuses(
+        "a.obj",
+        &["--stats", same.to_str().unwrap()],
+        &["out.exr", "two purposes"],
+    );
+    let scene = case.path("./a.obj");
+    case.refuses(
+        "a.obj",
+        &["--stats", scene.to_str().unwrap()],
+        &["a.obj", "two purposes"],
+    );
+    assert!(
+        fs::read_to_string(case.path("a.obj"))
+            .unwrap()
+            .starts_with("v 0")
     );
 }
 

@@ -10,6 +10,7 @@ use crate::scene::Scene;
 use crate::trace::{Traverse, bvh::Bvh};
 use measure::Subject;
 use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 
 /// Compares the backends on a scene.
@@ -19,9 +20,16 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
             "--runs, --kilorays and --depth must be at least 1".into(),
         ));
     }
-    for path in [&args.json, &args.csv, &args.plot].into_iter().flatten() {
-        output::check_writable(path)?;
+    if args
+        .plot
+        .as_ref()
+        .is_some_and(|p| p.extension().is_none_or(|e| e != "svg"))
+    {
+        return Err(Error::Setting("--plot writes a .svg".into()));
     }
+    let outputs = [&args.json, &args.csv, &args.plot];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
+    output::check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(false);
     let flags = SceneFlags {

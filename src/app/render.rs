@@ -13,6 +13,7 @@ use crate::reconstruct::{Problem, Solution, l1, l2};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -28,16 +29,13 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     {
         return Err(Error::input(preview, None, "--preview writes a .png"));
     }
-    for path in [
+    let outputs = [
         Some(&args.output),
         args.preview.as_ref(),
         args.stats.as_ref(),
-    ]
-    .into_iter()
-    .flatten()
-    {
-        output::check_writable(path)?;
-    }
+    ];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
+    output::check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
 
@@ -70,6 +68,13 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     reporter.start(&limits);
     let outcome = pool.install(|| job.run(&mut film, stop, &mut |p| reporter.pass(p)));
     reporter.end_tracing();
+    if film.samples == [0; 2] {
+        let _ = writeln!(
+            std::io::stderr(),
+            "ended before the first pass; nothing is written"
+        );
+        return Ok(Ended::Interrupted);
+    }
     let seen = warnings.list().len();
     if outcome.counts.rays[0] > 0 && film.first_hits().depth.iter().all(|&d| d == 0.0) {
         warnings.push("the camera sees nothing of the scene; check --origin, --target and --up")?;

@@ -36,6 +36,7 @@ pub fn table(rows: &[Row]) -> String {
             row.hits,
         );
     }
+    text += "\n* the way that gdpt render goes\n";
     text
 }
 

@@ -2,15 +2,9 @@
 //! outside; the normal points outside. Values are for radiance: what refraction carries from the other
 //! side is scaled by the square of the relative index. `tint` multiplies what is transmitted.
 
-use super::fresnel::{dielectric, reflect, refract};
+use super::fresnel::{dielectric, reflect, refract, relative_index};
 use super::{Eval, Lobe, Sampled, ggx, half_vector};
 use glam::Vec3;
-
-/// The index behind the boundary over the index before it, seen from `wo`.
-#[inline]
-pub(super) fn relative_index(ior: f32, wo: Vec3) -> f32 {
-    if wo.z > 0.0 { ior } else { 1.0 / ior }
-}
 
 #[inline]
 pub(super) fn eval_smooth(ior: f32, tint: Vec3, wo: Vec3, lobe: Lobe) -> Eval {

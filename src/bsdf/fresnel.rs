@@ -41,3 +41,10 @@ pub fn refract(wo: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
     let cos_t = (1.0 - sin2_t).sqrt();
     Some(h * (cos / eta - cos_t) - wo / eta)
 }
+
+/// The index behind the boundary over the index before it, seen from the local direction `wo`; `ior` is
+/// inside over outside, the normal points outside.
+#[inline]
+pub fn relative_index(ior: f32, wo: Vec3) -> f32 {
+    if wo.z > 0.0 { ior } else { 1.0 / ior }
+}

@@ -1,8 +1,8 @@
 //! Directions by their half vector: the coordinates in which the shift copies a scattering event
 //! (Kettunen et al. 2015, section 5.2; refraction by Walter et al. 2007, equation 16).
 
-use super::fresnel::{reflect, refract};
-use super::{Lobe, dielectric::relative_index};
+use super::Lobe;
+use super::fresnel::{reflect, refract, relative_index};
 use glam::Vec3;
 
 /// The unit half vector of the pair, on `wo`'s side of the surface: the normal of the microfacet that

@@ -28,7 +28,7 @@ pub fn write_whole(
 }
 
 /// Whether a file can be written at `path`: found out before hours of rendering, not after.
-pub fn check_writable(path: &Path) -> Result<()> {
+fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(Error::input(
             path,
@@ -36,20 +36,50 @@ pub fn check_writable(path: &Path) -> Result<()> {
             "is a directory; name a file in it",
         ));
     }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(Error::input(
+            path,
+            None,
+            format!("the folder {} does not exist", folder.display()),
+        ));
+    }
     temporary_beside(path)
         .map(drop)
         .map_err(Error::io(path, "cannot be written"))
 }
 
-fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let folder = match path.parent() {
+/// Checks all files that a command is to write: possible, none of them its `input`, none named twice.
+pub fn check_outputs(input: &Path, outputs: &[&Path]) -> Result<()> {
+    let mut taken = vec![std::fs::canonicalize(input).unwrap_or_else(|_| input.to_path_buf())];
+    for path in outputs {
+        check_writable(path)?;
+        let folder = std::fs::canonicalize(folder_of(path)).unwrap_or_default();
+        let place = folder.join(path.file_name().unwrap_or_default());
+        if taken.contains(&place) {
+            return Err(Error::input(
+                path,
+                None,
+                "is named for two purposes; give each file its own name",
+            ));
+        }
+        taken.push(place);
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
-    };
+    }
+}
+
+fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".gdpt-").suffix(".part");
     // As any new file; the process's umask is applied.
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder_of(path))
 }

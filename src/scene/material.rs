@@ -81,6 +81,12 @@ impl Material {
         let has_roughness = m.pr.is_some();
         let alpha = m.pr.unwrap_or(0.0).clamp(0.0, 1.0).powi(2);
         let transparent = m.opacity.is_some_and(|d| d < 1.0) && m.ni.is_some();
+        if m.opacity.is_some_and(|d| d < 1.0)
+            && m.ni.is_none()
+            && !matches!(m.illum, Some(5 | 6 | 7 | 9))
+        {
+            warn("is transparent (d, Tr) but has no Ni; it is taken as opaque")?;
+        }
         let bsdf = if metallic >= 1.0 {
             conductor(ks, alpha)
         } else if matches!(m.illum, Some(5 | 6 | 7 | 9)) || transparent {

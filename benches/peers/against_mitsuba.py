@@ -1,0 +1,225 @@
+#!/usr/bin/env python3
+"""Renders a scene with gdpt and with Mitsuba 3, and prints samples per second and efficiency of both in one run.
+
+    pip install mitsuba OpenEXR numpy
+    cargo build --release
+    python3 benches/peers/against_mitsuba.py scenes/cornell.obj [--spp 64] [--depth 12] [--size 256x256] [--runs 3]
+
+Mitsuba gets the same triangles, materials, light, camera, depth and box filter; its path integrator has light
+sampling and BSDF sampling under MIS, as `gdpt render --method pt` has. Roulette begins at depth 5 there, at
+vertex 4 here. Errors are relMSE against two independent gdpt references (method of differences: the references' own
+noise cancels). Efficiency is 1/(relMSE x seconds). Rendering alone is timed: no loading, building or writing.
+Runs of all programs take turns; medians are printed. Materials: Lambert, area lights, conductors with F0 = Ks by
+Schlick at roughness 0 (Mitsuba's mirror has no Fresnel term, so means differ a little), smooth and rough glass.
+"""
+import argparse
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import OpenEXR
+
+try:
+    import tomllib
+except ImportError:
+    sys.exit("needs Python 3.11 or later")
+
+
+def read_exr(path):
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        channels = file.channels()
+        return np.stack([channels[c].pixels for c in "RGB"], -1).astype(np.float64)
+
+
+def read_mtl(path):
+    materials, current = {}, None
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["newmtl"]:
+            current = materials.setdefault(words[1], {})
+        elif len(words) > 1 and current is not None and words[0] != "#":
+            current[words[0]] = [float(w) for w in words[1:]]
+    return materials
+
+
+def split_obj(path, folder):
+    """One OBJ file for each material, with the corners and normals that it uses."""
+    vertices, normals, faces, material = [], [], {}, None
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append(words[1:4])
+        elif words[:1] == ["vn"]:
+            normals.append(words[1:4])
+        elif words[:1] == ["usemtl"]:
+            material = words[1]
+        elif words[:1] == ["f"]:
+            corners = [(int(c.split("/")[0]), int(c.split("/")[2]) if c.count("/") == 2 else 0) for c in words[1:]]
+            for i in range(1, len(corners) - 1):
+                faces.setdefault(material, []).append((corners[0], corners[i], corners[i + 1]))
+    files = {}
+    for name, triangles in faces.items():
+        used, lines, body = {}, [], []
+        for triangle in triangles:
+            corners = []
+            for v, n in triangle:
+                if (v, n) not in used:
+                    used[v, n] = len(used) + 1
+                    lines.append("v " + " ".join(vertices[v - 1]))
+                    if n:
+                        lines.append("vn " + " ".join(normals[n - 1]))
+                i = used[v, n]
+                corners.append(f"{i}//{i}" if n else str(i))
+            body.append("f " + " ".join(corners))
+        files[name] = folder / f"{name}.obj"
+        files[name].write_text("\n".join(lines + body) + "\n")
+    return files
+
+
+def bsdf(m):
+    rgb = lambda c: {"type": "rgb", "value": c}
+    roughness = m.get("Pr", [0.0])[0] ** 2
+    if m.get("Pm", [0])[0] >= 1 or m.get("illum", [0])[0] == 3:
+        if roughness == 0:
+            return {"type": "conductor", "material": "none", "specular_reflectance": rgb(m["Ks"])}
+        # Mitsuba has no Schlick conductor; F0 everywhere is near it away from grazing angles.
+        return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": roughness,
+                "specular_reflectance": rgb(m["Ks"])}
+    if m.get("illum", [0])[0] in (5, 6, 7, 9):
+        glass = {"type": "dielectric", "int_ior": m["Ni"][0], "ext_ior": 1.0}
+        if roughness > 0:
+            glass |= {"type": "roughdielectric", "distribution": "ggx", "alpha": roughness}
+        return glass
+    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": rgb(m.get("Kd", [0.5] * 3))}}
+
+
+def mitsuba_scene(mi, obj, folder, size, depth):
+    toml = tomllib.loads(obj.with_suffix(".toml").read_text())
+    camera = toml["camera"]
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": depth},
+        "sensor": {
+            "type": "perspective",
+            "fov": camera["fov"],
+            "fov_axis": "y",
+            "to_world": mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], camera["up"]),
+            "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"},
+                     "pixel_format": "rgb", "component_format": "float32"},
+            "sampler": {"type": "independent"},
+        },
+    }
+    materials = read_mtl(obj.with_suffix(".mtl"))
+    for name, path in split_obj(obj, folder).items():
+        m = materials[name]
+        shape = {"type": "obj", "filename": str(path), "face_normals": "vn " not in path.read_text()}
+        if any(m.get("Ke", [0])):
+            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": m["Ke"]}}
+            shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0, 0, 0]}}
+        else:
+            shape["bsdf"] = bsdf(m)
+        scene[f"shape_{name}"] = shape
+    radiance = toml.get("environment", {}).get("radiance")
+    if radiance:
+        scene["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": radiance}}
+    return mi.load_dict(scene)
+
+
+def child_mitsuba(args):
+    """In a process of its own: Mitsuba's variants do not share one. Prints a JSON line for each run asked for on stdin."""
+    import mitsuba as mi
+
+    mi.set_variant(args.variant)
+    import drjit as dr
+
+    if args.variant.startswith("llvm"):
+        dr.set_thread_count(args.threads)
+    with tempfile.TemporaryDirectory() as folder:
+        scene = mitsuba_scene(mi, args.scene.resolve(), pathlib.Path(folder), args.size, args.depth)
+        mi.render(scene, spp=4, seed=99)  # compiles the kernels
+        for seed, line in enumerate(sys.stdin):
+            start = time.perf_counter()
+            image = np.array(mi.render(scene, spp=args.spp, seed=seed))
+            seconds = time.perf_counter() - start
+            np.save(line.strip(), image.astype(np.float64))
+            print(json.dumps({"seconds": seconds}), flush=True)
+
+
+def gdpt(args, out, method, seed, spp):
+    stats = out.with_suffix(".json")
+    size = f"{args.size[0]}x{args.size[1]}"
+    subprocess.run(
+        [str(args.gdpt), "render", str(args.scene), "-o", str(out), "--stats", str(stats), "--quiet", "--method", method,
+         "--seed", str(seed), "--spp", str(spp), "--depth", str(args.depth), "--size", size,
+         "--threads", str(args.threads)], check=True)
+    s = json.loads(stats.read_text())
+    return read_exr(out), s["seconds_tracing"] + s["seconds_solving"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scene", type=pathlib.Path)
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--reference-spp", type=int, default=1024)
+    parser.add_argument("--depth", type=int, default=12)
+    parser.add_argument("--size", type=lambda s: tuple(int(n) for n in s.split("x")), default=(256, 256))
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--gdpt", type=pathlib.Path, default=pathlib.Path("target/release/gdpt"))
+    parser.add_argument("--variant", help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.variant:
+        return child_mitsuba(args)
+
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        references = [gdpt(args, folder / f"r{i}.exr", "gpt", 1000 + i, args.reference_spp)[0] for i in (1, 2)]
+        denominator = ((references[0] + references[1]) / 2) ** 2 + 0.01
+        rel_mse = lambda image: float((((image - references[0]) * (image - references[1])) / denominator).mean())
+
+        children = {}
+        for variant in ("scalar_rgb", "llvm_ad_rgb"):
+            command = [sys.executable, __file__, str(args.scene), "--variant", variant, "--spp", str(args.spp),
+                       "--depth", str(args.depth), "--size", f"{args.size[0]}x{args.size[1]}",
+                       "--threads", str(args.threads)]
+            children[variant] = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        results = {}
+        for run in range(args.runs):
+            for method in ("pt", "gpt"):
+                image, seconds = gdpt(args, folder / "g.exr", method, run, args.spp)
+                results.setdefault(f"gdpt {method}", []).append((seconds, rel_mse(image), image.mean()))
+            for variant, child in list(children.items()):
+                path = folder / f"{variant}.npy"
+                try:
+                    child.stdin.write(f"{path}\n")
+                    child.stdin.flush()
+                    line = child.stdout.readline()
+                except BrokenPipeError:
+                    line = ""
+                if not line:
+                    print(f"Mitsuba's variant {variant} failed on this machine; see its messages above")
+                    del children[variant]
+                    continue
+                image = np.load(path)
+                seconds = json.loads(line)["seconds"]
+                results.setdefault(f"Mitsuba {variant}", []).append((seconds, rel_mse(image), image.mean()))
+        for child in children.values():
+            child.stdin.close()
+            child.wait()
+
+    samples = args.size[0] * args.size[1] * args.spp
+    print(f"{args.scene}: {args.size[0]}x{args.size[1]}, {args.spp} spp, depth {args.depth}, {args.threads} threads, "
+          f"median of {args.runs} runs; mean of the references {np.mean(references):.5f}")
+    print(f"{'':24}{'seconds':>9}{'Msamples/s':>12}{'relMSE':>11}{'efficiency':>12}{'mean':>10}")
+    for name, rows in results.items():
+        seconds, error, mean = (statistics.median(column) for column in zip(*rows))
+        print(f"{name:24}{seconds:9.2f}{samples / seconds / 1e6:12.2f}{error:11.2e}{1 / (error * seconds):12.1f}{mean:10.5f}")
+
+
+if __name__ == "__main__":
+    main()
