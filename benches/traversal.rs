@@ -7,7 +7,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use gdpt::bench::record::{Recording, record};
 use gdpt::scene::Scene;
 use gdpt::trace::rays::{AnyBatch, ClosestBatch};
-use gdpt::trace::{Backend, RayKind, Traverse};
+use gdpt::trace::{Backend, RayKind};
 
 /// Whole blocks of 8 alone, which is all that the C loop traces.
 fn whole_blocks(recording: &Recording) -> Recording {
@@ -80,6 +80,7 @@ fn scene(c: &mut Criterion, name: &str, scene: &Scene) {
         }
         #[cfg(feature = "embree")]
         {
+            use gdpt::trace::Traverse;
             use gdpt::trace::embree::{Build, Embree};
             let embree = Embree::new(scene.mesh.clone(), 1, Build::Robust).expect("a tree");
             // The C loop is incoherent; so is ours, for a fair comparison of primary rays.

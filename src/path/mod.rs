@@ -239,6 +239,9 @@ impl<const N: usize> PathTracer<N> {
                     }
                     _ => base.difference(&Shift::DEAD, weights),
                 });
+                if base.value == Vec3::ZERO && to == [Vec3::ZERO; N] {
+                    return false;
+                }
                 suffixes.paths.push(BasePath {
                     pixel: shares.len() as u32,
                     sampler: path.sampler,
