@@ -275,3 +275,16 @@ pub fn finite(offset: Offset) -> Result<Offset, Death> {
         Err(Death::NotFinite)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Death;
+
+    /// Tables of counts go by these numbers.
+    #[test]
+    fn deaths_are_numbered_in_order() {
+        for (index, death) in Death::ALL.into_iter().enumerate() {
+            assert_eq!(death as usize, index);
+        }
+    }
+}

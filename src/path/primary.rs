@@ -4,7 +4,7 @@
 use super::{BasePath, Context, Tile, Wavefront, or_dead};
 use crate::gradient::Neighbour;
 use crate::sampler::{Dimension, Sampler};
-use crate::shift::{self, Death, Offset};
+use crate::shift::{self, Offset};
 use crate::sums::TileSums;
 use crate::trace::RayKind;
 use crate::trace::rays::Ray;
@@ -120,7 +120,6 @@ impl<const N: usize> Wavefront<N> {
                 }
             }
         }
-        debug_assert!(Death::ALL.iter().enumerate().all(|(i, d)| *d as usize == i));
     }
 }
 
