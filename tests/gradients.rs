@@ -137,3 +137,57 @@ macro_rules! scenes {
 }
 
 scenes!(cornell, glossy, mirrors, ajar, caustic, corner, furnace);
+
+/// A lamp as wide as the floor behind a board's edge, close to both: BSDF samples find the lamp about as
+/// often as light samples do, and the edge hides it from one of two neighbouring pixels. Whatever a
+/// blocked path's densities get wrong shows here.
+#[test]
+fn penumbra_of_a_wide_lamp() {
+    let floor: &[[f32; 3]] = &[
+        [-1.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 0.0, -1.0],
+        [-1.0, 0.0, -1.0],
+    ];
+    let lamp: &[[f32; 3]] = &[
+        [-1.0, 0.5, -1.0],
+        [1.0, 0.5, -1.0],
+        [1.0, 0.5, 1.0],
+        [-1.0, 0.5, 1.0],
+    ];
+    let boards: Vec<[[f32; 3]; 4]> = (0..4)
+        .map(|i| {
+            let x = -0.9 + 0.5 * i as f32;
+            [
+                [x, 0.04, 1.0],
+                [x + 0.25, 0.04, 1.0],
+                [x + 0.25, 0.04, -1.0],
+                [x, 0.04, -1.0],
+            ]
+        })
+        .collect();
+    let mut all = vec![(floor, 0), (lamp, 1)];
+    all.extend(boards.iter().map(|b| (b.as_slice(), 2)));
+    let settings = gdpt::scene::SceneSettings {
+        camera: gdpt::load::sidecar::CameraTable {
+            origin: Some([0.0, 0.45, 0.9]),
+            target: Some([0.0, 0.0, 0.0]),
+            up: None,
+            fov: Some(60.0),
+        },
+        size: (SIZE, SIZE),
+        environment: None,
+        roughness_threshold: 0.001,
+    };
+    let materials = vec![
+        common::lambert(0.8),
+        common::light(1.0),
+        common::lambert(0.2),
+    ];
+    let scene = common::polygons(&all, materials, &settings);
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check("penumbra", weights, &scene, &*tracer, &reference);
+    }
+}
