@@ -75,8 +75,9 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         );
         return Ok(Ended::Interrupted);
     }
+    let hits = film.first_hits();
     let seen = warnings.list().len();
-    if outcome.counts.rays[0] > 0 && film.first_hits().depth.iter().all(|&d| d == 0.0) {
+    if outcome.counts.rays[0] > 0 && hits.depth.iter().all(|&d| d == 0.0) {
         warnings.push("the camera sees nothing of the scene; check --origin, --target and --up")?;
     }
     if let Some((x, y, sample)) = outcome.counts.first_dropped {
@@ -90,7 +91,6 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     // Picture.
     let start = Instant::now();
     let estimate = film.estimate(Halves::Both);
-    let hits = film.first_hits();
     let (picture, solution) = pool.install(|| solve(args, &estimate));
     let picture = picture.plus(&hits.direct);
     let seconds_solving = start.elapsed().as_secs_f64();
