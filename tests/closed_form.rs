@@ -14,21 +14,16 @@ use glam::{Vec2, Vec3};
 const SEEDS: u64 = 32;
 const SIGNIFICANCE: f64 = 1e-5;
 
-fn settings(
-    origin: [f32; 3],
-    target: [f32; 3],
-    up: [f32; 3],
-    fov: f32,
-    size: u32,
-) -> SceneSettings {
+/// A camera above the origin that looks down, with x to the right and -z upwards.
+fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
     SceneSettings {
         camera: CameraTable {
-            origin: Some(origin),
-            target: Some(target),
-            up: Some(up),
+            origin: Some([0.0, height, 0.0]),
+            target: Some([0.0; 3]),
+            up: Some([0.0, 0.0, -1.0]),
             fov: Some(fov),
         },
-        size: (size, size),
+        size: (size as u32, size as u32),
         environment: Some(Vec3::ZERO),
         roughness_threshold: 0.05,
     }
@@ -138,13 +133,7 @@ const LAMP: &[[f32; 3]] = &[
 #[test]
 fn direct_light_of_a_rectangle_on_a_plane() {
     let (fov, size) = (40.0, 12);
-    let s = settings(
-        [0.0, 2.0, 0.0],
-        [0.0; 3],
-        [0.0, 0.0, -1.0],
-        fov,
-        size as u32,
-    );
+    let s = looking_down(2.0, fov, size);
     let scene = polygons(&[(FLOOR, 0), (LAMP, 1)], vec![lambert(0.5), light(3.0)], &s);
     check("rectangle", &scene, 2, 64, 1e-4, |x, y| {
         pixel_mean(size, fov, (x, y), |p| {
@@ -215,13 +204,7 @@ fn enclosed(emitting: [bool; 5]) -> (Scene, usize, f32) {
     );
     let (fov, size) = (40.0, 10);
     // Height 2 but for a hair: the form factors are those of the floor, wherever the camera is.
-    let s = settings(
-        [0.0, 1.99999, 0.0],
-        [0.0; 3],
-        [0.0, 0.0, -1.0],
-        fov,
-        size as u32,
-    );
+    let s = looking_down(1.99999, fov, size);
     (
         polygons(&all, vec![lambert(0.6), light(1.0), lambert(0.0)], &s),
         size,
@@ -252,13 +235,7 @@ fn glass_of_index_one_is_invisible() {
         [-0.9, 1.5, -0.9],
     ];
     let (fov, size) = (40.0, 8);
-    let s = settings(
-        [0.0, 2.0, 0.0],
-        [0.0; 3],
-        [0.0, 0.0, -1.0],
-        fov,
-        size as u32,
-    );
+    let s = looking_down(2.0, fov, size);
     let materials = vec![lambert(0.5), light(3.0), pane];
     let scene = polygons(&[(FLOOR, 0), (LAMP, 1), (sheet, 2)], materials, &s);
     // One segment more than without the pane.

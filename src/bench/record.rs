@@ -79,8 +79,8 @@ impl Traverse for Recorder<'_> {
     }
 }
 
-/// Renders one sample of every pixel, again and again until there are about `enough` rays of the kinds
-/// that the scene has, and returns the rays by kind.
+/// Renders eight samples of every pixel and returns the rays by kind: of each kind the first ones, up to
+/// about `enough`.
 pub fn record(
     scene: &Scene,
     tracer: &dyn Traverse,
@@ -93,24 +93,21 @@ pub fn record(
         enough,
     };
     let mut film = Film::new(scene.camera.width, scene.camera.height, TILE_SIZE);
-    const ROUNDS: u64 = 4;
-    for samples in 1..=ROUNDS {
-        let job = Job {
-            scene,
-            tracer: &recorder,
-            method: Method::Gpt,
-            settings: PathSettings {
-                depth,
-                seed: 0,
-                weights: Weights::Mis,
-            },
-            limits: Limits {
-                samples: 2 * samples,
-                time: None,
-            },
-        };
-        job.run(&mut film, &|| false, &mut |_| ());
-    }
+    let job = Job {
+        scene,
+        tracer: &recorder,
+        method: Method::Gpt,
+        settings: PathSettings {
+            depth,
+            seed: 0,
+            weights: Weights::Mis,
+        },
+        limits: Limits {
+            samples: 8,
+            time: None,
+        },
+    };
+    job.run(&mut film, &|| false, &mut |_| ());
     recorder
         .kept
         .map(|k| k.into_inner().expect("no panic while recording"))
