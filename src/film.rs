@@ -47,12 +47,13 @@ pub struct FilmTile {
     /// Whether the film ends at the tile's right and lower side: no differences go across.
     last: (bool, bool),
     pixels: Vec<Pixel>,
+    borders: Borders,
 }
 
 /// What the first column and the first row of a tile say of the differences that belong to the tiles
 /// to the left and above: value and square for each half.
-#[derive(Clone, Debug)]
-pub struct Borders {
+#[derive(Clone, Debug, Default)]
+struct Borders {
     left: Vec<[(Vec3, Vec3); 2]>,
     up: Vec<[(Vec3, Vec3); 2]>,
 }
@@ -117,8 +118,8 @@ pub enum Halves {
 }
 
 impl FilmTile {
-    /// Adds the sums of a pass, and returns what belongs to neighbouring tiles.
-    pub fn add(&mut self, sums: &TileSums) -> Borders {
+    /// Adds the sums of a pass, and keeps what belongs to neighbouring tiles for the end of the pass.
+    pub fn add(&mut self, sums: &TileSums) {
         let (width, height) = (self.tile.width as usize, self.tile.height as usize);
         for (index, pixel) in self.pixels.iter_mut().enumerate() {
             let own = &sums.pixels[index];
@@ -151,14 +152,12 @@ impl FilmTile {
             pixel.dropped += own.dropped;
         }
         let both = |p: &PixelSums, n| [0, 1].map(|h| part(p, h, n));
-        Borders {
-            left: (0..height)
-                .map(|y| both(&sums.pixels[y * width], Neighbour::Left))
-                .collect(),
-            up: (0..width)
-                .map(|x| both(&sums.pixels[x], Neighbour::Up))
-                .collect(),
-        }
+        self.borders.left.clear();
+        let first_column = (0..height).map(|y| both(&sums.pixels[y * width], Neighbour::Left));
+        self.borders.left.extend(first_column);
+        self.borders.up.clear();
+        let first_row = (0..width).map(|x| both(&sums.pixels[x], Neighbour::Up));
+        self.borders.up.extend(first_row);
     }
 }
 
@@ -200,7 +199,12 @@ impl Film {
                 };
                 let last = (x + tile.width == width, y + tile.height == height);
                 let pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
-                FilmTile { tile, last, pixels }
+                FilmTile {
+                    tile,
+                    last,
+                    pixels,
+                    borders: Borders::default(),
+                }
             })
             .collect();
         Self {
@@ -212,11 +216,12 @@ impl Film {
         }
     }
 
-    /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `borders` are
-    /// in the order of the tiles; `samples` counts those of the pass in each half.
-    pub fn end_pass(&mut self, borders: &[Borders], samples: [u64; 2]) {
+    /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `samples`
+    /// counts those of the pass in each half.
+    pub fn end_pass(&mut self, samples: [u64; 2]) {
         let columns = self.width.div_ceil(self.tile_size) as usize;
-        for (index, borders) in borders.iter().enumerate() {
+        for index in 0..self.tiles.len() {
+            let borders = std::mem::take(&mut self.tiles[index].borders);
             if index % columns > 0 {
                 let tile = &mut self.tiles[index - 1];
                 let width = tile.tile.width as usize;
@@ -241,6 +246,7 @@ impl Film {
                         .for_each(|(half, &p)| half.add_below(p));
                 }
             }
+            self.tiles[index].borders = borders;
         }
         self.samples[0] += samples[0];
         self.samples[1] += samples[1];

@@ -1,6 +1,6 @@
 //! The progressive render: passes over all tiles until enough samples, enough time, or a signal.
 
-use crate::film::{Borders, Film};
+use crate::film::Film;
 use crate::path::{Counts, PathSettings, PathTracer};
 use crate::sampler;
 use crate::scene::Scene;
@@ -8,6 +8,7 @@ use crate::sums::TileSums;
 use crate::trace::Traverse;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Which estimator fills the film.
@@ -97,6 +98,9 @@ impl Job<'_> {
     ) -> Outcome {
         let start = Instant::now();
         let mut counts = Counts::default();
+        let mut workers: Vec<Worker<N>> = (0..rayon::current_num_threads())
+            .map(|_| Worker::default())
+            .collect();
         let mut interrupted = false;
         loop {
             let done = film.samples[0] + film.samples[1];
@@ -112,7 +116,7 @@ impl Job<'_> {
                 break;
             }
             let end = (done + pass_length(done)).min(self.limits.samples);
-            self.pass::<N>(film, done..end, &mut counts);
+            self.pass(film, done..end, &mut workers, &mut counts);
             progress(Progress {
                 samples: end,
                 rays: counts.rays.iter().sum(),
@@ -126,32 +130,49 @@ impl Job<'_> {
         }
     }
 
-    fn pass<const N: usize>(&self, film: &mut Film, range: Range<u64>, counts: &mut Counts) {
-        let parts: Vec<(Borders, Counts)> = film
-            .tiles
-            .par_iter_mut()
-            .with_max_len(1)
-            .map_init(
-                || (PathTracer::<N>::default(), TileSums::default()),
-                |(paths, sums), tile| {
-                    sums.reset((tile.tile.width * tile.tile.height) as usize);
-                    let range = range.clone();
-                    let counts = paths.render(
-                        self.scene,
-                        self.tracer,
-                        &self.settings,
-                        tile.tile,
-                        range,
-                        sums,
-                    );
-                    (tile.add(sums), counts)
-                },
-            )
-            .collect();
-        let (borders, part_counts): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    /// One pass. Each worker takes the next tile when it is done with one; the lock is held for that
+    /// alone, and nothing is allocated once the workers' buffers have grown.
+    fn pass<const N: usize>(
+        &self,
+        film: &mut Film,
+        range: Range<u64>,
+        workers: &mut [Worker<N>],
+        counts: &mut Counts,
+    ) {
+        let tiles = Mutex::new(film.tiles.iter_mut());
+        let next = || tiles.lock().expect("no panic while taking a tile").next();
+        workers.par_iter_mut().with_max_len(1).for_each(|worker| {
+            while let Some(tile) = next() {
+                let Worker {
+                    paths,
+                    sums,
+                    counts,
+                } = worker;
+                sums.reset((tile.tile.width * tile.tile.height) as usize);
+                counts.add(&paths.render(
+                    self.scene,
+                    self.tracer,
+                    &self.settings,
+                    tile.tile,
+                    range.clone(),
+                    sums,
+                ));
+                tile.add(sums);
+            }
+        });
         let mut samples = [0; 2];
         range.for_each(|n| samples[sampler::half(n)] += 1);
-        film.end_pass(&borders, samples);
-        part_counts.iter().for_each(|c| counts.add(c));
+        film.end_pass(samples);
+        for worker in workers {
+            counts.add(&std::mem::take(&mut worker.counts));
+        }
     }
+}
+
+/// What one thread works with.
+#[derive(Default)]
+struct Worker<const N: usize> {
+    paths: PathTracer<N>,
+    sums: TileSums,
+    counts: Counts,
 }

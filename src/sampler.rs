@@ -4,7 +4,9 @@
 //! independently, so that the two halves of the film are independent estimates. Sample `n` belongs to
 //! half `n % 2`. A sequence ends after 2^16 points; a fresh scramble takes over.
 
+use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
+use std::sync::LazyLock;
 
 /// Number of points of one scrambled sequence.
 const SEQUENCE: u64 = 1 << 16;
@@ -61,19 +63,103 @@ impl Sampler {
     /// Four numbers in [0, 1).
     #[inline]
     pub fn draw(&self, dimension: Dimension) -> [f32; 4] {
-        let set = match dimension {
+        let (set, padding) = dimension.set();
+        sample_4d(self.index, set, self.scramble.wrapping_add(padding))
+    }
+}
+
+impl Dimension {
+    /// The library's set of four dimensions, and what to add to the scramble: deep vertices use the
+    /// dimensions again under another scramble ("padding").
+    #[inline]
+    fn set(self) -> (u32, u32) {
+        let set = match self {
             Dimension::Pixel => 0,
             Dimension::Light(k) => 2 * k - 1,
             Dimension::Bsdf(k) => 2 * k,
         };
-        // Deep vertices use the dimensions again under another scramble ("padding").
-        let (set, round) = (set % NUM_DIMENSION_SETS_4D, set / NUM_DIMENSION_SETS_4D);
-        sample_4d(
-            self.index,
-            set,
-            self.scramble.wrapping_add(round.wrapping_mul(0x9e37_79b9)),
-        )
+        let round = set / NUM_DIMENSION_SETS_4D;
+        (set % NUM_DIMENSION_SETS_4D, round.wrapping_mul(0x9e37_79b9))
     }
+}
+
+/// Samplers that draw together in [`draw_all`]: as many as the widest vector instructions take.
+const LANES: usize = 16;
+
+/// The bits of a point's index that matter.
+const INDEX_BITS: usize = SEQUENCE.trailing_zeros() as usize;
+
+/// The Sobol matrices of each set of four dimensions: what bit b of the index contributes.
+type Matrices = [[u32; 4]; INDEX_BITS];
+
+static MATRICES: LazyLock<Vec<Matrices>> = LazyLock::new(|| {
+    let column = |set: u32, bit: usize| {
+        std::array::from_fn(|d| sobol_rev((1u32 << bit).reverse_bits(), 4 * set + d as u32))
+    };
+    (0..NUM_DIMENSION_SETS_4D)
+        .map(|set| std::array::from_fn(|bit| column(set, bit)))
+        .collect()
+});
+
+/// [`Sampler::draw`] for many samplers: the same numbers, lane by lane in vector instructions. Replaces
+/// what is in `out`.
+pub fn draw_all(
+    samplers: impl IntoIterator<Item = Sampler>,
+    dimension: Dimension,
+    out: &mut Vec<[f32; 4]>,
+) {
+    let (set, padding) = dimension.set();
+    let matrices = &MATRICES[set as usize];
+    let mut samplers = samplers.into_iter();
+    out.clear();
+    loop {
+        let (mut index, mut scramble) = ([0u32; LANES], [0u32; LANES]);
+        let mut count = 0;
+        for sampler in samplers.by_ref().take(LANES) {
+            index[count] = sampler.index;
+            scramble[count] = sampler.scramble.wrapping_add(padding);
+            count += 1;
+        }
+        let numbers = draw_lanes(matrices, set, &index, &scramble);
+        out.extend((0..count).map(|lane| std::array::from_fn(|d| numbers[d][lane])));
+        if count < LANES {
+            return;
+        }
+    }
+}
+
+/// `sobol_burley::sample_4d`, from the library's own parts.
+#[inline]
+fn draw_lanes(
+    matrices: &Matrices,
+    set: u32,
+    index: &[u32; LANES],
+    scramble: &[u32; LANES],
+) -> [[f32; LANES]; 4] {
+    const DIMENSION_SCRAMBLES: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
+    let mut shuffled = [0u32; LANES];
+    for lane in 0..LANES {
+        let shuffle = hash(scramble[lane] ^ 0x79c6_8e4a);
+        shuffled[lane] = owen_scramble_rev(index[lane].reverse_bits(), shuffle);
+    }
+    // Each inner loop is one vector instruction for all lanes.
+    let mut numbers = [[0.0; LANES]; 4];
+    for d in 0..4 {
+        let mut points = [0u32; LANES];
+        for (bit, columns) in matrices.iter().enumerate() {
+            for lane in 0..LANES {
+                // All ones where the bit is set; the index has its bits reversed.
+                let mask = ((shuffled[lane] << bit) as i32 >> 31) as u32;
+                points[lane] ^= columns[d] & mask;
+            }
+        }
+        for lane in 0..LANES {
+            let seed = scramble[lane].wrapping_mul(0x9c8f_2d3b) ^ set ^ DIMENSION_SCRAMBLES[d];
+            let scrambled = owen_scramble_rev(points[lane], hash(seed));
+            numbers[d][lane] = u32_to_f32_norm(scrambled.reverse_bits());
+        }
+    }
+    numbers
 }
 
 /// A bijective mix of 64 bits (the finaliser of SplitMix64).
@@ -104,6 +190,25 @@ mod tests {
                     "half {parity} dimension {dim}: {seen:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn many_draw_the_same_numbers_as_one() {
+        let samplers: Vec<Sampler> = (0..LANES as u64 * 3 + 5)
+            .map(|n| Sampler::for_pixel(n, 3 * n as u32, 5, n * 7919))
+            .collect();
+        let mut all = Vec::new();
+        for dimension in [
+            Dimension::Pixel,
+            Dimension::Light(1),
+            Dimension::Bsdf(31),
+            Dimension::Bsdf(32),
+            Dimension::Light(700),
+        ] {
+            draw_all(samplers.iter().copied(), dimension, &mut all);
+            let one_by_one: Vec<_> = samplers.iter().map(|s| s.draw(dimension)).collect();
+            assert_eq!(all, one_by_one);
         }
     }
 

@@ -3,7 +3,7 @@
 
 use super::{BasePath, Context, Counts, Wavefront, gather, or_dead, survival};
 use crate::gradient::{Base, Shift};
-use crate::sampler::Dimension;
+use crate::sampler::{self, Dimension};
 use crate::scene::material::Class;
 use crate::shift::{self, Carried, Death, Offset, Shifted, Way, solid_angle_per_area};
 use crate::trace::RayKind;
@@ -81,9 +81,12 @@ impl<const N: usize> Wavefront<N> {
         let scene = context.scene;
         self.bounce.clear();
         self.bounces.clear();
+        let samplers = self.paths.iter().map(|path| path.sampler);
+        sampler::draw_all(samplers, Dimension::Bsdf(k), &mut self.numbers);
+        let mut numbers = self.numbers.iter();
         let (bounces, batch) = (&mut self.bounces, &mut self.bounce);
         self.paths.retain(|path| {
-            let [u0, u1, u2, u_roulette] = path.sampler.draw(Dimension::Bsdf(k));
+            let &[u0, u1, u2, u_roulette] = numbers.next().expect("one for each path");
             let survival = survival(scene, &path.vertex, k);
             if u_roulette >= survival || !path.carries_light() {
                 return false;

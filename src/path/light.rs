@@ -3,6 +3,7 @@
 
 use super::{BasePath, Context, Wavefront, gather, survival};
 use crate::gradient::{Base, Shift};
+use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
 use crate::scene::material::Class;
@@ -52,9 +53,10 @@ impl<const N: usize> Wavefront<N> {
         }
         self.light_paths.clear();
         self.shadow.clear();
-        for path in &self.paths {
+        let samplers = self.paths.iter().map(|path| path.sampler);
+        sampler::draw_all(samplers, Dimension::Light(k), &mut self.numbers);
+        for (path, &[u0, u1, u2, _]) in self.paths.iter().zip(&self.numbers) {
             if path.vertex.class(scene) == Class::Rough {
-                let [u0, u1, u2, _] = path.sampler.draw(crate::sampler::Dimension::Light(k));
                 let light = scene.lights.sample([u0, u1, u2]);
                 self.light_paths
                     .extend(connect(scene, path, &light, k, &mut self.shadow));

@@ -72,7 +72,12 @@ impl Counts {
             .zip(other.deaths)
             .for_each(|(a, b)| *a += b);
         self.dropped += other.dropped;
-        self.first_dropped = self.first_dropped.or(other.first_dropped);
+        // The least, so that it does not matter which thread came first.
+        let first = |a: (u32, u32, u64), b| [a, b].into_iter().min_by_key(|&(x, y, n)| (n, y, x));
+        self.first_dropped = match (self.first_dropped, other.first_dropped) {
+            (Some(a), Some(b)) => first(a, b),
+            (a, b) => a.or(b),
+        };
     }
 }
 
@@ -129,6 +134,8 @@ struct Wavefront<const N: usize> {
     paths: Vec<BasePath<N>>,
     /// Primary hits of the tile and, with offset paths, of a border of one pixel.
     ends: Vec<Option<End>>,
+    /// Random numbers for one step of each path.
+    numbers: Vec<[f32; 4]>,
     light_paths: Vec<light::LightPath<N>>,
     bounces: Vec<bounce::Bounce<N>>,
     /// What the paths gather, by their `pixel`.
@@ -146,6 +153,7 @@ impl<const N: usize> Default for Wavefront<N> {
         Self {
             paths: Vec::new(),
             ends: Vec::new(),
+            numbers: Vec::new(),
             light_paths: Vec::new(),
             bounces: Vec::new(),
             samples: Vec::new(),
