@@ -111,6 +111,7 @@ class Obj:
                 f"[film]\nwidth = {size[0]}\nheight = {size[1]}\n")
         if environment is not None:
             toml += f"\n[environment]\nradiance = {list(environment)}\n"
+        folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{self.name}.obj").write_text(
             comment + f"mtllib {self.name}.mtl\n" + "\n".join(self.lines) + "\n")
         (folder / f"{self.name}.mtl").write_text(f"# Materials of {self.name}.obj\n" + mtl)
@@ -216,9 +217,9 @@ def large(folder, triangles):
     """A box with rows of diffuse, metal and glass balls, finely triangulated."""
     o = Obj("large", f"A box with balls of {triangles} triangles in all, to measure with.")
     o.room()
-    count = 108
-    # Each level of subdivision has four times the triangles; the number of balls stays.
-    level = max(0, round(math.log(triangles / count / 20, 4)))
+    # Each level of subdivision has four times the triangles; the number of balls makes up the rest.
+    level = max(0, round(math.log(triangles / 108 / 20, 4)))
+    count = max(1, min(144, round(triangles / (20 * 4 ** level))))
     for i in range(count):
         x, y, z = i % 6, i // 36, i // 6 % 6
         centre = (-0.83 + 0.33 * x + 0.02 * (y % 2), 0.16 + 0.5 * y, -0.83 + 0.33 * z)

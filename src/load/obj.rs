@@ -5,9 +5,10 @@ use super::scan::{self, Defect, Outline};
 use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
 use glam::Vec3;
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// In [`ObjFile::normal_triangles`]: this corner has no normal.
@@ -60,18 +61,8 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     let first = Cell::new(Some((all, index)));
     let libraries = |_: &Path| Ok(first.take().unwrap_or_default());
     let mixed = outline.smooth_faces && outline.flat_faces;
-    let lines: Box<dyn BufRead> = if outline.utf8 {
-        Box::new(BufReader::with_capacity(1 << 20, open()?))
-    } else {
-        // Names in an old code page: tobj refuses them, so they are replaced, here as in the outline.
-        let bytes = std::fs::read(path).map_err(Error::io(path, "cannot be read"))?;
-        Box::new(Cursor::new(String::from_utf8_lossy(&bytes).into_owned()))
-    };
-    let lines: Box<dyn BufRead> = if mixed {
-        Box::new(BufReader::new(Regroup::new(lines)))
-    } else {
-        lines
-    };
+    let lines = BufReader::with_capacity(1 << 20, open()?);
+    let lines = BufReader::with_capacity(1 << 16, Regroup::new(lines, mixed));
     let mut reader = "mtllib all\n".as_bytes().chain(lines);
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -245,50 +236,72 @@ fn load_materials(
     Ok(materials)
 }
 
-/// Puts faces with and without normals into groups of their own: tobj makes up normals for faces
-/// without any, where others of the same group have some.
+/// Most faces of one group.
+const GROUP: usize = 1 << 16;
+
+/// What tobj shall read instead of the file:
+/// - Groups of at most [`GROUP`] faces. tobj keeps the faces of a group in a bulky form until it ends;
+///   one of ten million would take gigabytes.
+/// - Faces with and without normals in groups of their own, if `mixed`: tobj makes up normals for faces
+///   without any, where others of the same group have some.
+/// - UTF-8. tobj refuses names in an old code page, so they are replaced, here as in the outline.
 struct Regroup<R> {
     inner: R,
-    smooth: Option<bool>,
+    mixed: bool,
+    smooth: bool,
+    faces: usize,
     line: Vec<u8>,
     at: usize,
 }
 
 impl<R: BufRead> Regroup<R> {
-    fn new(inner: R) -> Self {
+    fn new(inner: R, mixed: bool) -> Self {
         Self {
             inner,
-            smooth: None,
+            mixed,
+            smooth: false,
+            faces: GROUP,
             line: Vec::new(),
             at: 0,
         }
+    }
+
+    /// Puts the next line, with a new group before it where one is due, into `line`.
+    fn next_line(&mut self) -> std::io::Result<()> {
+        self.line.clear();
+        self.at = 0;
+        self.inner.read_until(b'\n', &mut self.line)?;
+        let plain =
+            |byte: &u8| byte.is_ascii() && !matches!(byte, b'f' | b'g' | b'o' | b' ' | b'\t');
+        if self.line.first().is_none_or(plain) && std::str::from_utf8(&self.line).is_ok() {
+            return Ok(());
+        }
+        let text = String::from_utf8_lossy(&self.line);
+        match text.split_whitespace().next() {
+            Some("f") => {
+                let smooth = self.mixed && scan::has_normals(text.trim());
+                if self.faces == GROUP || smooth != self.smooth {
+                    self.smooth = smooth;
+                    self.faces = 0;
+                    let name = if self.mixed && !smooth { FLAT } else { SMOOTH };
+                    self.line = format!("g {name}\n{text}").into_bytes();
+                } else if let Cow::Owned(text) = text {
+                    self.line = text.into_bytes();
+                }
+                self.faces += 1;
+            }
+            // The file's own groups say nothing of materials.
+            Some("g" | "o") => self.line = vec![b'\n'],
+            _ => self.line = text.into_owned().into_bytes(),
+        }
+        Ok(())
     }
 }
 
 impl<R: BufRead> Read for Regroup<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        while self.at == self.line.len() {
-            let mut line = Vec::new();
-            if self.inner.read_until(b'\n', &mut line)? == 0 {
-                return Ok(0);
-            }
-            self.line.clear();
-            self.at = 0;
-            let text = String::from_utf8_lossy(&line);
-            match text.split_whitespace().next() {
-                Some("f") => {
-                    let smooth = scan::has_normals(text.trim());
-                    if self.smooth != Some(smooth) {
-                        self.smooth = Some(smooth);
-                        let name = if smooth { SMOOTH } else { FLAT };
-                        self.line
-                            .extend_from_slice(format!("g {name}\n").as_bytes());
-                    }
-                    self.line.extend_from_slice(&line);
-                }
-                Some("g" | "o") => {}
-                _ => self.line.extend_from_slice(&line),
-            }
+        if self.at == self.line.len() {
+            self.next_line()?;
         }
         let n = out.len().min(self.line.len() - self.at);
         out[..n].copy_from_slice(&self.line[self.at..self.at + n]);

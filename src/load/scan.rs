@@ -18,8 +18,6 @@ pub struct Outline {
     pub smooth_faces: bool,
     /// Whether there are faces without normals.
     pub flat_faces: bool,
-    /// Whether the file is UTF-8 throughout.
-    pub utf8: bool,
 }
 
 /// The rest of the line after its first word, trimmed.
@@ -37,10 +35,7 @@ pub fn has_normals(line: &str) -> bool {
 
 /// Reads the outline of an OBJ file.
 pub fn outline(path: &Path, mut reader: impl BufRead) -> Result<Outline> {
-    let mut out = Outline {
-        utf8: true,
-        ..Default::default()
-    };
+    let mut out = Outline::default();
     let mut seen = HashMap::new();
     let mut buffer = Vec::new();
     for number in 1.. {
@@ -51,7 +46,6 @@ pub fn outline(path: &Path, mut reader: impl BufRead) -> Result<Outline> {
         if read == 0 {
             break;
         }
-        out.utf8 &= std::str::from_utf8(&buffer).is_ok();
         match buffer.first() {
             Some(b'f') if !(out.smooth_faces && out.flat_faces) => {
                 note_face(&mut out, &String::from_utf8_lossy(&buffer));

@@ -1,0 +1,46 @@
+//! Nothing is allocated in the hot loop: once the buffers have grown, a tile is traced without.
+
+mod common;
+
+use common::{shipped, tracer};
+use gdpt::film::Film;
+use gdpt::gradient::Weights;
+use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::sums::TileSums;
+
+fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
+    const SIDE: u32 = 24;
+    let scene = shipped(name, SIDE, SIDE);
+    let tracer = tracer(&scene);
+    let settings = PathSettings {
+        depth: 12,
+        seed: 0,
+        weights: Weights::Mis,
+    };
+    let tile = Tile {
+        x: 0,
+        y: 0,
+        width: SIDE,
+        height: SIDE,
+    };
+    let mut film = Film::new(SIDE, SIDE, SIDE);
+    let mut paths = PathTracer::<N>::default();
+    let mut sums = TileSums::default();
+    let mut render = || {
+        sums.reset((SIDE * SIDE) as usize);
+        paths.render(&scene, &*tracer, &settings, tile, 0..4, &mut sums);
+        film.tiles[0].add(&sums);
+        film.end_pass([2, 2]);
+    };
+    // The first time the buffers grow.
+    render();
+    allocation_counter::measure(render).count_total
+}
+
+#[test]
+fn tiles_are_traced_without_allocating() {
+    for name in ["cornell", "glossy", "mirrors"] {
+        assert_eq!(allocations_of_a_tile::<0>(name), 0, "{name}, path tracing");
+        assert_eq!(allocations_of_a_tile::<4>(name), 0, "{name}, gradients");
+    }
+}
