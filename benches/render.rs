@@ -11,7 +11,7 @@ use gdpt::reconstruct::{Problem, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 use gdpt::sampler::{Dimension, Sampler};
 use gdpt::scene::Scene;
-use gdpt::shift;
+use gdpt::shift::{self, Joint};
 use gdpt::sums::TileSums;
 use gdpt::trace::rays::{ClosestBatch, Ray};
 use gdpt::trace::{Backend, RayKind, Traverse};
@@ -67,7 +67,8 @@ fn parts(c: &mut Criterion) {
         b.iter(|| {
             for (x, y) in &pairs {
                 let wi = (next.0 - x.position).normalize();
-                let _ = black_box(shift::reconnect(&scene, x, wi, y, next));
+                let joint = Joint::new(x, wi, next.0, next.1);
+                let _ = black_box(joint.and_then(|j| shift::reconnect(&scene, &j, y)));
             }
         });
     });

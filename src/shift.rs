@@ -161,28 +161,51 @@ pub fn solid_angle_per_area(from: Vec3, to: Vec3, ng: Vec3) -> Option<(Vec3, f32
     (g > 0.0 && g.is_finite()).then_some((direction, g))
 }
 
-/// Reconnects y_k (`offset`) to the point x_{k+1} on a surface with normal `ng`, which the base path
-/// reached from x_k (`base`) in direction `wi`. |T'| = (cosθ'/cosθ)(|x_k - x_{k+1}|²/|y_k - x_{k+1}|²).
+/// The point x_{k+1} at which offset paths may join the base path, as it is seen from x_k.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// Where it is.
+    pub position: Vec3,
+    /// Geometric normal of its surface.
+    pub ng: Vec3,
+    /// On which side of the surface the base path arrives.
+    side: f32,
+    /// Solid angle at x_k over area at x_{k+1}.
+    solid_angle_per_area: f32,
+}
+
+impl Joint {
+    /// The point `position` on a surface with normal `ng`, which the base path reached from x_k (`base`)
+    /// in direction `wi`.
+    #[inline]
+    pub fn new(base: &Vertex, wi: Vec3, position: Vec3, ng: Vec3) -> Result<Self, Death> {
+        // A point in the surface's own plane sees neither side of it.
+        let (_, solid_angle_per_area) =
+            solid_angle_per_area(base.position, position, ng).ok_or(Death::Side)?;
+        Ok(Self {
+            position,
+            ng,
+            side: ng.dot(wi),
+            solid_angle_per_area,
+        })
+    }
+}
+
+/// Reconnects y_k (`offset`) to x_{k+1}.
+/// |T'| = (cosθ'/cosθ)(|x_k - x_{k+1}|²/|y_k - x_{k+1}|²).
 #[inline]
-pub fn reconnect(
-    scene: &Scene,
-    base: &Vertex,
-    wi: Vec3,
-    offset: &Vertex,
-    (next, ng): (Vec3, Vec3),
-) -> Result<Shifted, Death> {
-    // A point in the surface's own plane sees neither side of it.
-    let (_, here) = solid_angle_per_area(base.position, next, ng).ok_or(Death::Side)?;
-    let (direction, there) = solid_angle_per_area(offset.position, next, ng).ok_or(Death::Side)?;
+pub fn reconnect(scene: &Scene, joint: &Joint, offset: &Vertex) -> Result<Shifted, Death> {
+    let (direction, there) =
+        solid_angle_per_area(offset.position, joint.position, joint.ng).ok_or(Death::Side)?;
     // Both must see the same side of the surface at x_{k+1}.
-    if ng.dot(direction) * ng.dot(wi) <= 0.0 {
+    if joint.ng.dot(direction) * joint.side <= 0.0 {
         return Err(Death::Side);
     }
     let eval = offset.eval(scene, direction).ok_or(Death::Side)?;
     Ok(Shifted {
         wi: direction,
         eval,
-        jacobian: there / here,
+        jacobian: there / joint.solid_angle_per_area,
     })
 }
 
@@ -208,7 +231,8 @@ pub fn copy_half_vector(
 ) -> Result<Shifted, Death> {
     let (base_bsdf, offset_bsdf) = (base.bsdf(scene), offset.bsdf(scene));
     let lobe = scattering.lobe;
-    let (x_wo, y_wo) = (base.local_wo(), offset.local_wo());
+    let (x_frame, y_frame) = (base.frame(), offset.frame());
+    let (x_wo, y_wo) = (x_frame.to_local(base.wo), y_frame.to_local(offset.wo));
     // Inside stays inside, and a delta stays a delta.
     if x_wo.z * y_wo.z <= 0.0 {
         return Err(Death::Side);
@@ -231,8 +255,8 @@ pub fn copy_half_vector(
             / half_vector::jacobian(lobe, x_ior, x_wo, scattering.local_wi, h);
         (wi, eval, jacobian)
     };
-    let wi = offset.frame.to_world(local_wi).normalize();
-    if !offset.agrees(wi, local_wi) || !offset.agrees(offset.wo, y_wo) {
+    let wi = y_frame.to_world(local_wi).normalize();
+    if !offset.agrees(wi, local_wi.z) || !offset.agrees(offset.wo, y_wo.z) {
         return Err(Death::Side);
     }
     Ok(Shifted { wi, eval, jacobian })

@@ -1,6 +1,6 @@
 //! Path vertices: what a ray met, with all that scattering and shifting need there.
 
-use crate::bsdf::{Bsdf, Eval, Lobe};
+use crate::bsdf::{Bsdf, Eval, Lobe, lambert};
 use crate::frame::{Frame, offset_origin};
 use crate::scene::Scene;
 use crate::scene::material::Class;
@@ -16,8 +16,8 @@ pub struct Vertex {
     pub ng: Vec3,
     /// Interpolated shading normal, unit, on the front side too.
     pub ns: Vec3,
-    /// Shading frame as seen from `wo`; where that is behind `ns`, it is around `ng`.
-    pub frame: Frame,
+    /// The normal to shade with as seen from `wo`: `ns`, or `ng` where that is behind `ns`.
+    pub normal: Vec3,
     /// Unit direction to the previous vertex, in the world.
     pub wo: Vec3,
     /// Distance by which rays start off the surface.
@@ -74,18 +74,15 @@ impl End {
                 offset: point.offset,
                 front,
             }),
-            None => {
-                let normal = normal_seen_from(point.ng, point.ns, -direction);
-                End::Surface(Vertex {
-                    position: point.position,
-                    ng: point.ng,
-                    ns: point.ns,
-                    frame: Frame::new(normal),
-                    wo: -direction,
-                    offset: point.offset,
-                    material,
-                })
-            }
+            None => End::Surface(Vertex {
+                position: point.position,
+                ng: point.ng,
+                ns: point.ns,
+                normal: normal_seen_from(point.ng, point.ns, -direction),
+                wo: -direction,
+                offset: point.offset,
+                material,
+            }),
         }
     }
 
@@ -119,10 +116,10 @@ impl Vertex {
         scene.materials[self.material as usize].survival
     }
 
-    /// `wo` in the shading frame.
+    /// The shading frame as seen from `wo`.
     #[inline]
-    pub fn local_wo(&self) -> Vec3 {
-        self.frame.to_local(self.wo)
+    pub fn frame(&self) -> Frame {
+        Frame::new(self.normal)
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for a unit direction `wi` in the world.
@@ -137,30 +134,34 @@ impl Vertex {
     #[inline]
     pub fn eval_seen_from(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Option<Eval> {
         let normal = normal_seen_from(self.ng, self.ns, wo);
-        let frame = if normal == self.frame.n {
-            self.frame
-        } else {
-            Frame::new(normal)
-        };
-        let (local_wo, local_wi) = (frame.to_local(wo), frame.to_local(wi));
-        if !self.agrees(wo, local_wo) || !self.agrees(wi, local_wi) {
+        let (cos_o, cos_i) = (normal.dot(wo), normal.dot(wi));
+        if !self.agrees(wo, cos_o) || !self.agrees(wi, cos_i) {
             return None;
         }
-        self.bsdf(scene).eval(local_wo, local_wi)
+        match self.bsdf(scene) {
+            // Needs no tangents.
+            Bsdf::Lambert { albedo } => lambert::eval(*albedo, cos_o, cos_i),
+            bsdf => {
+                let frame = Frame::new(normal);
+                bsdf.eval(frame.to_local(wo), frame.to_local(wi))
+            }
+        }
     }
 
-    /// Whether a direction is on the same side of the triangle as of the shading normal.
+    /// Whether a direction, whose cosine to the shading normal is `cos`, is on the same side of the
+    /// triangle.
     #[inline]
-    pub fn agrees(&self, world: Vec3, local: Vec3) -> bool {
-        self.ng.dot(world) * local.z > 0.0
+    pub fn agrees(&self, direction: Vec3, cos: f32) -> bool {
+        self.ng.dot(direction) * cos > 0.0
     }
 
     /// Draws a direction in the world with `u` as in [`Bsdf::sample`]. `None` ends the path.
     #[inline]
     pub fn sample(&self, scene: &Scene, u: [f32; 3]) -> Option<Scattering> {
-        let sampled = self.bsdf(scene).sample(self.local_wo(), u)?;
-        let wi = self.frame.to_world(sampled.wi).normalize();
-        self.agrees(wi, sampled.wi).then_some(Scattering {
+        let frame = self.frame();
+        let sampled = self.bsdf(scene).sample(frame.to_local(self.wo), u)?;
+        let wi = frame.to_world(sampled.wi).normalize();
+        self.agrees(wi, sampled.wi.z).then_some(Scattering {
             wi,
             local_wi: sampled.wi,
             eval: Eval {

@@ -5,13 +5,14 @@ use crate::warp;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
+/// By the cosines of both directions to the normal, which is all that matters.
 #[inline]
-pub(super) fn eval(albedo: Vec3, wo: Vec3, wi: Vec3) -> Option<Eval> {
+pub fn eval(albedo: Vec3, cos_o: f32, cos_i: f32) -> Option<Eval> {
     // A black surface samples nothing, so no path through it has a density.
-    if wo.z * wi.z <= 0.0 || albedo == Vec3::ZERO {
+    if cos_o * cos_i <= 0.0 || albedo == Vec3::ZERO {
         return None;
     }
-    let pdf = wi.z.abs() * FRAC_1_PI;
+    let pdf = cos_i.abs() * FRAC_1_PI;
     Some(Eval {
         value: albedo * pdf,
         pdf,
@@ -22,7 +23,7 @@ pub(super) fn eval(albedo: Vec3, wo: Vec3, wi: Vec3) -> Option<Eval> {
 pub(super) fn sample(albedo: Vec3, wo: Vec3, u: [f32; 2]) -> Option<Sampled> {
     let mut wi = warp::cosine_hemisphere(u);
     wi.z = wi.z.copysign(wo.z);
-    let Eval { value, pdf } = eval(albedo, wo, wi)?;
+    let Eval { value, pdf } = eval(albedo, wo.z, wi.z)?;
     Some(Sampled {
         wi,
         value,

@@ -8,7 +8,7 @@ mod dielectric;
 pub mod fresnel;
 pub mod ggx;
 pub mod half_vector;
-mod lambert;
+pub mod lambert;
 
 use glam::Vec3;
 
@@ -94,7 +94,7 @@ impl Bsdf {
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
         match *self {
-            Bsdf::Lambert { albedo } => lambert::eval(albedo, wo, wi),
+            Bsdf::Lambert { albedo } => lambert::eval(albedo, wo.z, wi.z),
             Bsdf::Conductor { f0, alpha } => conductor::eval(f0, alpha, wo, wi),
             Bsdf::RoughGlass { ior, alpha, tint } => dielectric::eval(ior, alpha, tint, wo, wi),
             Bsdf::Mirror { .. } | Bsdf::Glass { .. } => None,

@@ -4,8 +4,9 @@
 use super::{BasePath, Context, Counts, Wavefront, gather, or_dead, survival};
 use crate::gradient::{Base, Shift};
 use crate::sampler::{self, Dimension};
+use crate::scene::Scene;
 use crate::scene::material::Class;
-use crate::shift::{self, Carried, Death, Offset, Shifted, Way, solid_angle_per_area};
+use crate::shift::{self, Carried, Death, Joint, Offset, Shifted, Way, solid_angle_per_area};
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::vertex::{End, Scattering, Vertex};
@@ -115,6 +116,7 @@ impl<const N: usize> Wavefront<N> {
             if !leads_to_light(context, &bounce.end, k) {
                 continue;
             }
+            let mut step = None;
             for j in 0..N {
                 bounce.followers[j] = follow(
                     context,
@@ -122,6 +124,7 @@ impl<const N: usize> Wavefront<N> {
                     path,
                     bounce,
                     &path.offsets[j],
+                    &mut step,
                     &mut self.reconnection,
                     &mut self.continuation,
                     &mut self.counts,
@@ -246,6 +249,32 @@ fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
     }
 }
 
+/// How free offset paths follow a base path to x_{k+1}.
+enum Step {
+    /// They are joined to it there; rays end at this distance before the surface.
+    Join(Joint, f32),
+    /// They take the same direction to the environment.
+    Environment,
+    /// They copy the half vector.
+    Copy,
+}
+
+impl Step {
+    #[inline]
+    fn of<const N: usize>(scene: &Scene, x: &Vertex, bounce: &Bounce<N>) -> Result<Self, Death> {
+        if shift::way(x.class(scene), bounce.end.class(scene)) == Way::Copy {
+            return Ok(Step::Copy);
+        }
+        let wi = bounce.scattering.wi;
+        let (joint, distance) = match &bounce.end {
+            End::Surface(v) => (Joint::new(x, wi, v.position, v.ng), v.offset),
+            End::Light(l) => (Joint::new(x, wi, l.position, l.ng), l.offset),
+            End::Environment => return Ok(Step::Environment),
+        };
+        Ok(Step::Join(joint?, distance))
+    }
+}
+
 /// Shifts the scattering event at x_k to one offset path.
 #[inline]
 #[allow(clippy::too_many_arguments)]
@@ -255,6 +284,7 @@ fn follow<const N: usize>(
     path: &BasePath<N>,
     bounce: &Bounce<N>,
     offset: &Offset,
+    step: &mut Option<Result<Step, Death>>,
     reconnection: &mut AnyBatch,
     continuation: &mut ClosestBatch,
     counts: &mut Counts,
@@ -300,68 +330,48 @@ fn follow<const N: usize>(
         }
         Offset::Free { vertex, carried } => (vertex, carried),
     };
-    let result = free(context, k, path, bounce, vertex, carried);
-    match result {
-        Ok((Way::Reconnect, shifted, next)) => {
-            let ray = match &bounce.end {
-                End::Surface(v) => vertex.ray_to(v.position, v.ng, v.offset),
-                End::Light(l) => vertex.ray_to(l.position, l.ng, l.offset),
-                End::Environment => vertex.ray(shifted.wi),
-            };
-            let progress = Progress::Reconnecting {
-                ray: reconnection.push(&ray),
-                wo: -shifted.wi,
-                carried: next,
-            };
-            Follower {
-                progress,
-                ratio: carried.ratio,
-            }
-        }
-        Ok((Way::Copy, shifted, next)) => {
-            let ray = continuation.push(&vertex.ray(shifted.wi));
-            Follower {
-                progress: Progress::Copying { ray, carried: next },
-                ratio: carried.ratio,
-            }
-        }
-        Err(death) => {
-            counts.deaths[death as usize] += 1;
-            Follower::DEAD
-        }
-    }
-}
-
-/// The direction that a free offset path takes at y_k, and what it carries after it.
-#[inline]
-fn free<const N: usize>(
-    context: Context,
-    k: u32,
-    path: &BasePath<N>,
-    bounce: &Bounce<N>,
-    vertex: &Vertex,
-    carried: &Carried,
-) -> Result<(Way, Shifted, Carried), Death> {
-    let scene = context.scene;
-    let x = &path.vertex;
-    let way = shift::way(x.class(scene), bounce.end.class(scene));
-    let wi = bounce.scattering.wi;
-    let shifted = match (way, &bounce.end) {
-        (Way::Copy, _) => shift::copy_half_vector(scene, x, &bounce.scattering, vertex)?,
-        (Way::Reconnect, End::Surface(v)) => {
-            shift::reconnect(scene, x, wi, vertex, (v.position, v.ng))?
-        }
-        (Way::Reconnect, End::Light(l)) => {
-            shift::reconnect(scene, x, wi, vertex, (l.position, l.ng))?
-        }
-        (Way::Reconnect, End::Environment) => shift::same_direction(scene, wi, vertex)?,
+    // A free offset path takes a direction of its own.
+    let mut dead = |death| {
+        counts.deaths[death as usize] += 1;
+        Follower::DEAD
     };
-    let next = carried.scatter(
-        &shifted.eval,
-        shifted.jacobian,
-        bounce.pdf,
-        survival(scene, vertex, k),
-    );
-    shift::finite(Offset::Connected(next))?;
-    Ok((way, shifted, next))
+    let step = match step.get_or_insert_with(|| Step::of(scene, x, bounce)) {
+        Ok(step) => step,
+        Err(death) => return dead(*death),
+    };
+    let shifted = match step {
+        Step::Join(joint, _) => shift::reconnect(scene, joint, vertex),
+        Step::Environment => shift::same_direction(scene, wi, vertex),
+        Step::Copy => shift::copy_half_vector(scene, x, &bounce.scattering, vertex),
+    };
+    let shifted = shifted.and_then(|shifted| {
+        let survival = survival(scene, vertex, k);
+        let next = carried.scatter(&shifted.eval, shifted.jacobian, bounce.pdf, survival);
+        shift::finite(Offset::Connected(next))?;
+        Ok((shifted, next))
+    });
+    let (Shifted { wi, .. }, next) = match shifted {
+        Ok(shifted) => shifted,
+        Err(death) => return dead(death),
+    };
+    let reconnecting = |ray| Progress::Reconnecting {
+        ray,
+        wo: -wi,
+        carried: next,
+    };
+    let progress = match step {
+        Step::Join(joint, distance) => {
+            let ray = vertex.ray_to(joint.position, joint.ng, *distance);
+            reconnecting(reconnection.push(&ray))
+        }
+        Step::Environment => reconnecting(reconnection.push(&vertex.ray(wi))),
+        Step::Copy => Progress::Copying {
+            ray: continuation.push(&vertex.ray(wi)),
+            carried: next,
+        },
+    };
+    Follower {
+        progress,
+        ratio: carried.ratio,
+    }
 }

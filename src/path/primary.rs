@@ -126,8 +126,8 @@ impl<const N: usize> Wavefront<N> {
 /// The shading normal on the side of the camera.
 fn facing_normal(vertex: &Vertex) -> Vec3 {
     if vertex.ng.dot(vertex.wo) < 0.0 {
-        -vertex.frame.n
+        -vertex.normal
     } else {
-        vertex.frame.n
+        vertex.normal
     }
 }
