@@ -155,9 +155,10 @@ pub struct Shifted {
 #[inline]
 pub fn solid_angle_per_area(from: Vec3, to: Vec3, ng: Vec3) -> Option<(Vec3, f32)> {
     let d = to - from;
-    let d2 = d.length_squared();
-    let direction = d / d2.sqrt();
-    let g = ng.dot(direction).abs() / d2;
+    // One division for both.
+    let per_distance = d.length_recip();
+    let direction = d * per_distance;
+    let g = ng.dot(direction).abs() * (per_distance * per_distance);
     (g > 0.0 && g.is_finite()).then_some((direction, g))
 }
 

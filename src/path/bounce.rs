@@ -152,7 +152,7 @@ impl<const N: usize> Wavefront<N> {
             if !leads_to_light(context, &bounce.end, k) {
                 return false;
             }
-            let throughput = path.throughput * bounce.scattering.eval.value / bounce.pdf;
+            let throughput = path.throughput * bounce.scattering.eval.value * bounce.pdf.recip();
             let (radiance, by_light) = match &bounce.end {
                 End::Surface(vertex) => {
                     for (offset, follower) in path.offsets.iter_mut().zip(&bounce.followers) {
@@ -307,7 +307,7 @@ fn follow<const N: usize>(
         Offset::Dead => return Follower::DEAD,
         // One direction and one density for both.
         Offset::Connected(carried) => {
-            let throughput = carried.throughput * eval.value / bounce.pdf;
+            let throughput = carried.throughput * eval.value * bounce.pdf.recip();
             return shared(
                 Carried {
                     throughput,
