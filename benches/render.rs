@@ -150,7 +150,7 @@ fn reconstruction(c: &mut Criterion) {
             time: None,
         },
     };
-    job.run(&mut film, &|| false, &mut |_| ());
+    job.run(&mut film, &mut |_| None, &mut |_| ());
     let e = film.estimate(Halves::Both);
     let problem = Problem {
         primal: &e.primal,

@@ -1,6 +1,7 @@
 //! The command line: definitions only.
 
 use crate::gradient::Weights;
+use crate::reconstruct::Alpha;
 use crate::render::Method;
 use crate::trace::Backend;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -21,6 +22,8 @@ pub struct Cli {
 pub enum Command {
     /// Render an OBJ scene
     Render(Box<RenderArgs>),
+    /// Make the picture again from a render's file, or from primal and differences of another renderer
+    Reconstruct(ReconstructArgs),
     /// Compare ray-traversal backends on the rays of a scene's own render
     Bench(BenchArgs),
 }
@@ -80,6 +83,7 @@ pub struct BenchArgs {
 Examples:
   gdpt render scene.obj -o out.exr                     64 samples, default camera or scene.toml
   gdpt render scene.obj -o out.png --time 30s          as many samples as fit in 30 seconds
+  gdpt render scene.obj -o out.exr --error 0.001       until the estimated relMSE is that small
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
 
@@ -105,7 +109,7 @@ pub struct RenderArgs {
     #[arg(long, default_value = "gpt")]
     pub method: Method,
 
-    /// Samples per pixel [default: 64, or no limit with --time]
+    /// Samples per pixel [default: 64, or no limit with --time or --error]
     #[arg(long)]
     pub spp: Option<u64>,
 
@@ -125,13 +129,18 @@ pub struct RenderArgs {
     #[arg(long)]
     pub threads: Option<usize>,
 
-    /// How the picture is made of primal and gradients [default: l2 for gpt, none for pt]
+    /// Stop when the estimated relMSE is this small, such as 0.001
+    #[arg(long, value_name = "RELMSE")]
+    pub error: Option<f64>,
+
+    /// How the picture is made of primal and gradients [default: weighted for gpt, none for pt]
     #[arg(long)]
     pub reconstruct: Option<Reconstruct>,
 
-    /// Weight of the primal against the gradients in the reconstruction
-    #[arg(long, default_value_t = 0.2)]
-    pub alpha: f32,
+    /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
+    /// variances [default: 0.2]
+    #[arg(long, value_parser = alpha)]
+    pub alpha: Option<Alpha>,
 
     /// Weights of the two directions of a shift
     #[arg(long, default_value = "mis")]
@@ -186,10 +195,69 @@ pub struct RenderArgs {
     pub quiet: bool,
 }
 
+/// `gdpt reconstruct`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A render's own file holds what every method needs. From three files (channels R, G, B) there are no
+variances, so the methods are l2 and l1. Differences are the right or lower neighbour minus the pixel;
+the last column of dx and the last row of dy do not count.
+
+Examples:
+  gdpt reconstruct out.exr -o l1.exr --reconstruct l1 --alpha auto
+  gdpt reconstruct --primal p.exr --dx dx.exr --dy dy.exr -o out.exr")]
+pub struct ReconstructArgs {
+    /// What gdpt render wrote
+    #[arg(required_unless_present = "primal", conflicts_with = "primal")]
+    pub input: Option<PathBuf>,
+
+    /// The path-traced image, without light seen directly
+    #[arg(long, value_name = "FILE.exr", requires = "dx", requires = "dy")]
+    pub primal: Option<PathBuf>,
+
+    /// Differences to the right
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub dx: Option<PathBuf>,
+
+    /// Differences downwards
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub dy: Option<PathBuf>,
+
+    /// Light seen directly, to be added to the picture
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub direct: Option<PathBuf>,
+
+    /// Where the picture goes: .exr or .png (tone-mapped)
+    #[arg(short, long)]
+    pub output: PathBuf,
+
+    /// How the picture is made [default: weighted, or l2 from three files]
+    #[arg(long)]
+    pub reconstruct: Option<Reconstruct>,
+
+    /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
+    /// variances [default: 0.2]
+    #[arg(long, value_parser = alpha)]
+    pub alpha: Option<Alpha>,
+
+    /// Brighten PNG pictures by this many stops
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+
+    /// Number of threads [default: all]
+    #[arg(long)]
+    pub threads: Option<usize>,
+
+    /// Print errors only
+    #[arg(long)]
+    pub quiet: bool,
+}
+
 /// How the picture is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Reconstruct {
-    /// Least squares, exactly; unbiased.
+    /// Least squares, each value weighted by its own variance.
+    Weighted,
+    /// Least squares with one weight, exactly; unbiased.
     L2,
     /// Least absolute residuals; robust, slightly biased.
     L1,
@@ -202,6 +270,14 @@ pub enum Reconstruct {
 pub enum Filter {
     /// The pixel's area.
     Box,
+}
+
+fn alpha(text: &str) -> Result<Alpha, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(Alpha::Auto),
+        Ok(alpha) if alpha >= 0.0 && f32::is_finite(alpha) => Ok(Alpha::Fixed(alpha)),
+        _ => Err("needs auto or a number, not negative".into()),
+    }
 }
 
 fn vector(text: &str) -> Result<[f32; 3], String> {
@@ -258,6 +334,11 @@ mod tests {
         assert_eq!(vector("0, -1,4.5"), Ok([0.0, -1.0, 4.5]));
         for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
             assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert_eq!(alpha("auto"), Ok(Alpha::Auto));
+        assert_eq!(alpha("0.3"), Ok(Alpha::Fixed(0.3)));
+        for bad in ["-1", "nan", "inf", "x", ""] {
+            assert!(alpha(bad).is_err(), "{bad}");
         }
         assert_eq!(size("640x480"), Ok((640, 480)));
         for bad in ["640", "640x", "-1x3", "1e9x2"] {

@@ -5,6 +5,7 @@
 //! neighbouring tile, and is added after the pass. Everywhere the order is the same: the pixel's own
 //! part, then its neighbour's. So the bits depend neither on the number of threads nor on the tiles.
 
+use crate::estimate::{Estimate, Planes};
 use crate::gradient::Neighbour;
 use crate::image::Image;
 use crate::path::Tile;
@@ -22,13 +23,14 @@ struct HalfPixel {
     primal_sq: Vec3,
     dx_sq: Vec3,
     dy_sq: Vec3,
+    /// Light seen directly.
+    direct: Vec3,
 }
 
 /// Sums at one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Pixel {
     halves: [HalfPixel; 2],
-    direct: Vec3,
     albedo: Vec3,
     normal: Vec3,
     depth: f32,
@@ -73,29 +75,9 @@ pub struct Film {
     pub samples: [u64; 2],
 }
 
-/// Means over the samples, and the variances of these means. Differences are right (dx) or lower (dy)
-/// neighbour minus pixel; those across the film's border are 0.
-#[derive(Clone, Debug)]
-pub struct Estimate {
-    /// The path-traced image without light seen directly.
-    pub primal: Image,
-    /// Differences to the right.
-    pub dx: Image,
-    /// Differences downwards.
-    pub dy: Image,
-    /// Variance of `primal`. From the second moments of low-discrepancy samples, so rather too large.
-    pub primal_variance: Image,
-    /// Variance of `dx`, from its two parts as if they were independent: within a factor of about 2.
-    pub dx_variance: Image,
-    /// Variance of `dy`, likewise.
-    pub dy_variance: Image,
-}
-
 /// Means of what the camera rays met.
 #[derive(Clone, Debug)]
 pub struct FirstHits {
-    /// Light seen directly, with a radiance of its own or from the environment ("very direct").
-    pub direct: Image,
     /// Albedo.
     pub albedo: Image,
     /// Shading normal in world coordinates, on the side of the camera; 0 where nothing is hit.
@@ -115,6 +97,16 @@ pub enum Halves {
     B,
     /// All samples.
     Both,
+}
+
+impl Halves {
+    fn range(self) -> std::ops::Range<usize> {
+        match self {
+            Halves::A => 0..1,
+            Halves::B => 1..2,
+            Halves::Both => 0..2,
+        }
+    }
 }
 
 impl FilmTile {
@@ -143,7 +135,7 @@ impl FilmTile {
                 if let Some(below) = below {
                     half.add_below(part(below, h, Neighbour::Up));
                 }
-                pixel.direct += from.direct;
+                half.direct += from.direct;
             }
             pixel.albedo += own.albedo;
             pixel.normal += own.normal;
@@ -266,25 +258,53 @@ impl Film {
         Image::new(self.width as usize, self.height as usize)
     }
 
+    /// Number of samples of one half or of all.
+    pub fn count(&self, halves: Halves) -> u64 {
+        self.samples[halves.range()].iter().sum()
+    }
+
     /// Means and variances of one half or of all samples. All 0 where there are no samples.
     pub fn estimate(&self, halves: Halves) -> Estimate {
-        let (range, n) = match halves {
-            Halves::A => (0..1, self.samples[0]),
-            Halves::B => (1..2, self.samples[1]),
-            Halves::Both => (0..2, self.samples[0] + self.samples[1]),
+        let mut e = Estimate::new(self.width as usize, self.height as usize);
+        self.moments(halves, |index, m| {
+            e.primal.set(index, m.primal);
+            e.dx.set(index, m.dx);
+            e.dy.set(index, m.dy);
+            e.primal_variance.set(index, m.primal_sq);
+            e.dx_variance.set(index, m.dx_sq);
+            e.dy_variance.set(index, m.dy_sq);
+        });
+        e
+    }
+
+    /// One channel of [`Film::estimate`].
+    pub fn planes(&self, halves: Halves, channel: usize) -> Planes {
+        let plane = || vec![0.0; (self.width * self.height) as usize];
+        let mut p = Planes {
+            primal: plane(),
+            dx: plane(),
+            dy: plane(),
+            primal_variance: plane(),
+            dx_variance: plane(),
+            dy_variance: plane(),
         };
-        let mut e = Estimate {
-            primal: self.image(),
-            dx: self.image(),
-            dy: self.image(),
-            primal_variance: self.image(),
-            dx_variance: self.image(),
-            dy_variance: self.image(),
-        };
-        if n == 0 {
-            return e;
+        self.moments(halves, |index, m| {
+            p.primal[index] = m.primal[channel];
+            p.dx[index] = m.dx[channel];
+            p.dy[index] = m.dy[channel];
+            p.primal_variance[index] = m.primal_sq[channel];
+            p.dx_variance[index] = m.dx_sq[channel];
+            p.dy_variance[index] = m.dy_sq[channel];
+        });
+        p
+    }
+
+    /// Visits every pixel with its means, and the variances of the means in place of the squares.
+    fn moments(&self, halves: Halves, mut visit: impl FnMut(usize, &HalfPixel)) {
+        let n = self.count(halves) as f32;
+        if n == 0.0 {
+            return;
         }
-        let n = n as f32;
         // Of a mean over n samples; one sample alone says nothing.
         let variance = |sum_sq: Vec3, mean_sq: Vec3| {
             if n > 1.0 {
@@ -295,7 +315,7 @@ impl Film {
         };
         self.for_each(|index, pixel| {
             let mut sum = HalfPixel::default();
-            for half in &pixel.halves[range.clone()] {
+            for half in &pixel.halves[halves.range()] {
                 sum.primal += half.primal;
                 sum.dx += half.dx;
                 sum.dy += half.dy;
@@ -304,25 +324,38 @@ impl Film {
                 sum.dy_sq += half.dy_sq;
             }
             let (primal, dx, dy) = (sum.primal / n, sum.dx / n, sum.dy / n);
-            e.primal.set(index, primal);
-            e.dx.set(index, dx);
-            e.dy.set(index, dy);
-            e.primal_variance
-                .set(index, variance(sum.primal_sq, primal * primal));
             // A difference has two parts, of which the squares are summed one by one. Their covariance is
             // left out: they share the position inside the pixel, so the true variance is up to
             // twice this, or less where both shifts are dead. With means a and b, (a + b)²/2 is at most
             // what is to be subtracted, a² + b².
-            e.dx_variance.set(index, variance(sum.dx_sq, dx * dx * 0.5));
-            e.dy_variance.set(index, variance(sum.dy_sq, dy * dy * 0.5));
+            let moments = HalfPixel {
+                primal,
+                dx,
+                dy,
+                primal_sq: variance(sum.primal_sq, primal * primal),
+                dx_sq: variance(sum.dx_sq, dx * dx * 0.5),
+                dy_sq: variance(sum.dy_sq, dy * dy * 0.5),
+                direct: Vec3::ZERO,
+            };
+            visit(index, &moments);
         });
-        e
+    }
+
+    /// Light seen directly, with a radiance of its own or from the environment ("very direct"): the mean
+    /// over one half or over all samples.
+    pub fn direct(&self, halves: Halves) -> Image {
+        let mut image = self.image();
+        let n = self.count(halves).max(1) as f32;
+        self.for_each(|index, pixel| {
+            let sum: Vec3 = pixel.halves[halves.range()].iter().map(|h| h.direct).sum();
+            image.set(index, sum / n);
+        });
+        image
     }
 
     /// Means of what the camera rays met.
     pub fn first_hits(&self) -> FirstHits {
         let mut hits = FirstHits {
-            direct: self.image(),
             albedo: self.image(),
             normal: self.image(),
             depth: self.image().channels[0].clone(),
@@ -330,7 +363,6 @@ impl Film {
         };
         let n = (self.samples[0] + self.samples[1]).max(1) as f32;
         self.for_each(|index, pixel| {
-            hits.direct.set(index, pixel.direct / n);
             hits.albedo.set(index, pixel.albedo / n);
             hits.normal.set(index, pixel.normal / n);
             hits.depth[index] = pixel.depth / pixel.hits.max(1) as f32;

@@ -20,14 +20,15 @@
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
 //! | [`path`] | Base and offset paths of a tile, traced together. | sampler, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |
-//! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image |
+//! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
+//! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
-//! | [`reconstruct`] | The picture from primal and differences. | image |
+//! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, scene, trace, gradient, path, film, render, output |
-//! | [`cli`] | The command line: definitions only. | trace, gradient, render |
+//! | [`cli`] | The command line: definitions only. | trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, path, image, film, render, reconstruct, output, bench, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, path, image, estimate, film, render, reconstruct, output, bench, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -39,6 +40,7 @@ pub mod bench;
 pub mod bsdf;
 pub mod cli;
 pub mod error;
+pub mod estimate;
 pub mod film;
 pub mod frame;
 pub mod gradient;

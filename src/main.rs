@@ -32,6 +32,7 @@ fn main() -> ExitCode {
 
     let result = match Cli::parse().command {
         Command::Render(args) => app::render::render(&args, &|| STOP.load(Ordering::SeqCst)),
+        Command::Reconstruct(args) => app::reconstruct::reconstruct(&args),
         Command::Bench(args) => app::bench::bench(&args),
     };
     match result {

@@ -36,8 +36,28 @@ pub struct Outcome {
     pub counts: Counts,
     /// Time spent tracing.
     pub elapsed: Duration,
-    /// Whether `stop` asked for the end.
-    pub interrupted: bool,
+    /// Why it ended.
+    pub ended: Ending,
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It has its samples.
+    Samples,
+    /// Its time is over.
+    Time,
+    /// Its error is small enough.
+    Error,
+    /// The user asked for the end.
+    Interrupted,
+}
+
+impl Ending {
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        ["samples", "time", "error", "interrupted"][self as usize]
+    }
 }
 
 /// Progress after a pass.
@@ -76,13 +96,13 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Adds samples to `film` until a limit is reached or `stop` says so; both are asked between
+    /// Adds samples to `film` until a limit is reached or `stop` gives a reason; both are asked between
     /// passes. The film may hold samples already. Works on the current rayon pool.
     pub fn run(
         &self,
         film: &mut Film,
-        stop: &(dyn Fn() -> bool + Sync),
-        progress: &mut dyn FnMut(Progress),
+        stop: &mut (dyn FnMut(&Film) -> Option<Ending> + Send),
+        progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Outcome {
         match self.method {
             Method::Pt => self.passes::<0>(film, stop, progress),
@@ -93,27 +113,28 @@ impl Job<'_> {
     fn passes<const N: usize>(
         &self,
         film: &mut Film,
-        stop: &(dyn Fn() -> bool + Sync),
-        progress: &mut dyn FnMut(Progress),
+        stop: &mut (dyn FnMut(&Film) -> Option<Ending> + Send),
+        progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Outcome {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut workers: Vec<Worker<N>> = (0..rayon::current_num_threads())
             .map(|_| Worker::default())
             .collect();
-        let mut interrupted = false;
-        loop {
+        let ended = loop {
             let done = film.samples[0] + film.samples[1];
             let late = self
                 .limits
                 .time
                 .is_some_and(|limit| start.elapsed() >= limit);
-            if done >= self.limits.samples || (late && done > 0) {
-                break;
+            if done >= self.limits.samples {
+                break Ending::Samples;
             }
-            if stop() {
-                interrupted = true;
-                break;
+            if late && done > 0 {
+                break Ending::Time;
+            }
+            if let Some(reason) = stop(film) {
+                break reason;
             }
             let end = (done + pass_length(done)).min(self.limits.samples);
             self.pass(film, done..end, &mut workers, &mut counts);
@@ -122,11 +143,11 @@ impl Job<'_> {
                 rays: counts.rays.iter().sum(),
                 elapsed: start.elapsed(),
             });
-        }
+        };
         Outcome {
             counts,
             elapsed: start.elapsed(),
-            interrupted,
+            ended,
         }
     }
 

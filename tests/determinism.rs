@@ -4,7 +4,8 @@
 mod common;
 
 use common::{Render, shipped, tracer};
-use gdpt::film::{Estimate, Halves};
+use gdpt::estimate::Estimate;
+use gdpt::film::Halves;
 use gdpt::image::Image;
 use gdpt::reconstruct::{Problem, l1, l2};
 use gdpt::render::Method;

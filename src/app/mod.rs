@@ -1,6 +1,8 @@
 //! The commands, from flags to files.
 
 pub mod bench;
+mod picture;
+pub mod reconstruct;
 pub mod render;
 
 use crate::error::{Error, Result, Warnings};
@@ -27,6 +29,8 @@ struct SceneFlags {
     roughness_threshold: f32,
 }
 
+/// Before the names of layers that hold half A of the samples.
+const HALF_A: &str = "half_a.";
 const MAX_THREADS: usize = 1024;
 const DEFAULT_SIZE: u32 = 512;
 /// Vertices at most this rough copy half vectors. The paper's value; of 0.001, 0.05, 0.1 and 0.2 it has

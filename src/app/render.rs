@@ -1,16 +1,16 @@
 //! `gdpt render` from flags to files.
 
-use super::{Ended, SceneFlags, load_scene, thread_pool};
+use super::picture::{self, Direct, Picture};
+use super::{Ended, HALF_A, SceneFlags, load_scene, thread_pool};
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
-use crate::film::{BYTES_PER_PIXEL, Estimate, Film, FirstHits, Halves};
-use crate::image::Image;
+use crate::film::{BYTES_PER_PIXEL, Film, FirstHits, Halves};
 use crate::load::sidecar::CameraTable;
 use crate::output::{self, exr::Layers, png, stats::Stats};
 use crate::path::PathSettings;
 use crate::progress::Reporter;
-use crate::reconstruct::{Problem, Solution, l1, l2};
-use crate::render::{Job, Limits, Method, TILE_SIZE};
+use crate::reconstruct::{self, Source};
+use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -18,6 +18,8 @@ use std::path::Path;
 use std::time::Instant;
 
 const DEFAULT_SPP: u64 = 64;
+/// Samples before the error is estimated for the first time.
+const FIRST_CHECK: u64 = 16;
 
 /// Renders a scene. `stop` is asked between passes whether to end early.
 pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
@@ -38,6 +40,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     output::check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
+    let method = picture::method(reconstruct(args), args.alpha, &mut warnings)?;
 
     // Scene.
     let start = Instant::now();
@@ -66,7 +69,16 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         limits,
     };
     reporter.start(&limits);
-    let outcome = pool.install(|| job.run(&mut film, stop, &mut |p| reporter.pass(p)));
+    let mut check = error_check(args, method);
+    let mut ask = |film: &Film| {
+        if stop() {
+            Some(Ending::Interrupted)
+        } else {
+            check(film).then_some(Ending::Error)
+        }
+    };
+    let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
+    let interrupted = outcome.ended == Ending::Interrupted;
     reporter.end_tracing();
     if film.samples == [0; 2] {
         let _ = writeln!(
@@ -89,29 +101,27 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     reporter.warnings(&warnings.list()[seen..]);
 
     // Picture.
-    let start = Instant::now();
-    let estimate = film.estimate(Halves::Both);
-    let (picture, solution) = pool.install(|| solve(args, &estimate));
-    let picture = picture.plus(&hits.direct);
-    let seconds_solving = start.elapsed().as_secs_f64();
+    let picture = pool.install(|| picture_of(&film, method));
 
     // Files.
     let mut stats = Stats {
         version: env!("CARGO_PKG_VERSION"),
         scene: args.scene.display().to_string(),
         scene_hash: format!("{:016x}", scene.hash()),
-        settings: settings(args),
+        settings: settings(args, method),
         width,
         height,
         triangles: scene.mesh.triangles.len(),
         samples: film.samples[0] + film.samples[1],
-        interrupted: outcome.interrupted,
+        interrupted,
+        ended: outcome.ended.name(),
         seconds_loading,
         seconds_building,
         seconds_tracing: outcome.elapsed.as_secs_f64(),
-        seconds_solving,
-        solver_iterations: solution.iterations,
-        solver_residual: solution.residual,
+        seconds_solving: picture.seconds,
+        solver_iterations: picture.solution.iterations,
+        solver_residual: picture.solution.residual,
+        estimated_rel_mse: picture.error.as_ref().map(|e| e.rel_mse),
         rays: BTreeMap::new(),
         mrays_per_second: 0.0,
         dead_shifts: BTreeMap::new(),
@@ -121,17 +131,17 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     };
     stats.count(&outcome.counts);
     match format {
-        Format::Exr => write_exr(args, &picture, &estimate, &hits, &film, &stats)?,
-        Format::Png => png::write(&args.output, &picture, args.exposure)?,
+        Format::Exr => write_exr(args, &picture, &hits, &film, &stats)?,
+        Format::Png => png::write(&args.output, &picture.image, args.exposure)?,
     }
     if let Some(path) = &args.preview {
-        png::write(path, &picture, args.exposure)?;
+        png::write(path, &picture.image, args.exposure)?;
     }
     if let Some(path) = &args.stats {
         stats.write(path)?;
     }
     reporter.summary(&stats, &args.output);
-    Ok(if outcome.interrupted {
+    Ok(if interrupted {
         Ended::Interrupted
     } else {
         Ended::Done
@@ -164,19 +174,17 @@ impl Format {
 }
 
 fn check_limits(args: &RenderArgs) -> Result<Limits> {
-    let samples = match (args.spp, args.time) {
-        (Some(0), _) => return Err(Error::Setting("--spp must be at least 1".into())),
-        (Some(n), _) => n,
-        (None, Some(_)) => u64::MAX,
-        (None, None) => DEFAULT_SPP,
+    let samples = match args.spp {
+        Some(0) => return Err(Error::Setting("--spp must be at least 1".into())),
+        Some(n) => n,
+        None if args.time.is_some() || args.error.is_some() => u64::MAX,
+        None => DEFAULT_SPP,
     };
     if args.depth == 0 {
         return Err(Error::Setting("--depth must be at least 1".into()));
     }
-    if !(args.alpha >= 0.0 && args.alpha.is_finite()) {
-        return Err(Error::Setting(
-            "--alpha must be a number, not negative".into(),
-        ));
+    if args.error.is_some_and(|e| !(e > 0.0 && e.is_finite())) {
+        return Err(Error::Setting("--error must be above 0".into()));
     }
     if !(0.0..=1.0).contains(&args.roughness_threshold) {
         return Err(Error::Setting(
@@ -216,42 +224,70 @@ fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
 fn reconstruct(args: &RenderArgs) -> Reconstruct {
     args.reconstruct.unwrap_or(match args.method {
         Method::Pt => Reconstruct::None,
-        Method::Gpt => Reconstruct::L2,
+        Method::Gpt => Reconstruct::Weighted,
     })
 }
 
-fn solve(args: &RenderArgs, estimate: &Estimate) -> (Image, Solution) {
-    let problem = Problem {
-        primal: &estimate.primal,
-        dx: &estimate.dx,
-        dy: &estimate.dy,
+/// The picture that the film holds.
+fn picture_of(film: &Film, method: reconstruct::Method) -> Picture {
+    let source = Source {
+        size: (film.width as usize, film.height as usize),
+        samples: film.samples,
+        planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
     };
-    match reconstruct(args) {
-        Reconstruct::L2 => (l2::solve(&problem, args.alpha), Solution::default()),
-        Reconstruct::L1 => l1::solve(&problem, args.alpha),
-        Reconstruct::None => (estimate.primal.clone(), Solution::default()),
+    let direct = Direct {
+        halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
+        all: film.direct(Halves::Both),
+    };
+    picture::make(method, &source, &direct)
+}
+
+/// Whether the error is small enough for `--error`: asked after every pass, answered by a solve whenever
+/// the samples may suffice. As it goes down as one over the samples or faster, the next time is known.
+fn error_check(
+    args: &RenderArgs,
+    method: reconstruct::Method,
+) -> impl FnMut(&Film) -> bool + Send + use<> {
+    let target = args.error;
+    let mut next = FIRST_CHECK;
+    move |film| {
+        let done = film.count(Halves::Both);
+        let Some(target) = target.filter(|_| done >= next) else {
+            return false;
+        };
+        let error = picture_of(film, method).error;
+        let missing = error.map_or(f64::INFINITY, |e| e.rel_mse) / target;
+        next = (done as f64 * missing.clamp(1.1, 2.0)) as u64;
+        missing <= 1.0
     }
 }
 
 fn write_exr(
     args: &RenderArgs,
-    picture: &Image,
-    estimate: &Estimate,
+    picture: &Picture,
     hits: &FirstHits,
     film: &Film,
     stats: &Stats,
 ) -> Result<()> {
     let mut layers = Layers::default();
-    layers.picture(picture);
-    layers.colour("primal", &estimate.primal);
-    layers.colour("primal_variance", &estimate.primal_variance);
-    if args.method == Method::Gpt {
-        layers.colour("dx", &estimate.dx);
-        layers.colour("dy", &estimate.dy);
-        layers.colour("dx_variance", &estimate.dx_variance);
-        layers.colour("dy_variance", &estimate.dy_variance);
+    layers.picture(&picture.image);
+    if let Some(error) = &picture.error {
+        layers.colour("error", &error.standard);
     }
-    layers.colour("direct", &hits.direct);
+    // Both halves together, and half A: half B is the rest.
+    for (prefix, halves) in [("", Halves::Both), (HALF_A, Halves::A)] {
+        let e = film.estimate(halves);
+        let mut colour = |name: &str, image| layers.colour(&format!("{prefix}{name}"), image);
+        colour("primal", &e.primal);
+        colour("primal_variance", &e.primal_variance);
+        if args.method == Method::Gpt {
+            colour("dx", &e.dx);
+            colour("dy", &e.dy);
+            colour("dx_variance", &e.dx_variance);
+            colour("dy_variance", &e.dy_variance);
+        }
+        colour("direct", &film.direct(halves));
+    }
     layers.colour("albedo", &hits.albedo);
     layers.vector("normal", &hits.normal);
     layers.channel("depth.Z", hits.depth.clone());
@@ -272,19 +308,19 @@ fn write_exr(
     for (name, value) in &stats.settings {
         layers.attribute(&format!("gdpt.{name}"), value.clone());
     }
-    layers.write(&args.output, picture.width, picture.height)
+    layers.write(&args.output, picture.image.width, picture.image.height)
 }
 
 /// The settings that the picture depends on, by name.
-fn settings(args: &RenderArgs) -> BTreeMap<&'static str, String> {
+fn settings(args: &RenderArgs, method: reconstruct::Method) -> BTreeMap<&'static str, String> {
     let mut map = BTreeMap::new();
     map.insert("method", format!("{:?}", args.method).to_lowercase());
     map.insert("weights", format!("{:?}", args.weights).to_lowercase());
-    map.insert(
-        "reconstruct",
-        format!("{:?}", reconstruct(args)).to_lowercase(),
-    );
-    map.insert("alpha", args.alpha.to_string());
+    let (reconstruct, alpha) = picture::describe(method);
+    map.insert("reconstruct", reconstruct.to_owned());
+    if !alpha.is_empty() {
+        map.insert("alpha", alpha);
+    }
     map.insert("depth", args.depth.to_string());
     map.insert("seed", args.seed.to_string());
     map.insert("roughness_threshold", args.roughness_threshold.to_string());

@@ -107,7 +107,7 @@ pub fn record(
             time: None,
         },
     };
-    job.run(&mut film, &|| false, &mut |_| ());
+    job.run(&mut film, &mut |_| None, &mut |_| ());
     recorder
         .kept
         .map(|k| k.into_inner().expect("no panic while recording"))

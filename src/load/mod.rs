@@ -1,6 +1,7 @@
-//! Files to data: OBJ, MTL and the TOML beside them, as written. Nothing is interpreted here; what a
+//! Files to data: OBJ, MTL and the TOML beside them, and EXR, as written. Nothing is interpreted here; what a
 //! material means is for `scene` to say.
 
+pub mod exr;
 pub mod mtl;
 pub mod obj;
 mod scan;

@@ -30,6 +30,8 @@ pub struct Stats {
     pub samples: u64,
     /// Whether it ended before the samples that were asked for, on a signal.
     pub interrupted: bool,
+    /// Why it ended: samples, time, error or interrupted.
+    pub ended: &'static str,
     /// Seconds reading the scene.
     pub seconds_loading: f64,
     /// Seconds building the acceleration structure.
@@ -42,6 +44,8 @@ pub struct Stats {
     pub solver_iterations: usize,
     /// Relative residual of the solver, 0 for a direct solve.
     pub solver_residual: f64,
+    /// The picture's error as relMSE, from its two halves; none with a single sample.
+    pub estimated_rel_mse: Option<f64>,
     /// Rays by kind.
     pub rays: BTreeMap<&'static str, u64>,
     /// Million rays per second of tracing.
@@ -98,6 +102,9 @@ impl Stats {
                 " ({} iterations, residual {:.1e})",
                 self.solver_iterations, self.solver_residual
             );
+        }
+        if let Some(error) = self.estimated_rel_mse {
+            text += &format!("\nestimated relMSE {error:.2e}");
         }
         let dead: u64 = self.dead_shifts.values().sum();
         if dead > 0 {

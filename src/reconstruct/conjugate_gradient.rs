@@ -1,63 +1,53 @@
-//! The screened Poisson equation with a weight for every difference and every pixel, by conjugate
-//! gradients with the constant-weight solve as preconditioner.
+//! Conjugate gradients for the screened Poisson equation with a weight for every difference and every
+//! pixel, preconditioned by a multigrid cycle.
 
-use super::dct::ScreenedPoisson;
-use super::{Solution, divergence};
+use super::Solution;
+use super::multigrid::{Multigrid, Operator};
 use rayon::prelude::*;
 
-/// One channel: Σ w (I_b − I_a − G)² + Σ v (I − P)² is to be least.
-pub(super) struct Weighted<'a> {
-    pub size: (usize, usize),
-    pub primal: &'a [f32],
-    pub dx: &'a [f32],
-    pub dy: &'a [f32],
-    /// Weights v of the pixels, ≥ 0.
-    pub v: &'a [f32],
-    /// Weights w of the differences to the right and downwards, ≥ 0.
-    pub w: (&'a [f32], &'a [f32]),
+/// A limit that no sensible system reaches: the tolerance ends it.
+const MAX_ITERATIONS: usize = 200;
+/// Values handled by one task; fixed, so that sums have one order whatever the number of threads.
+const CHUNK: usize = 1 << 14;
+
+/// A solver for one set of weights, with its buffers.
+pub(super) struct Solver {
+    multigrid: Multigrid,
+    r: Vec<f32>,
+    p: Vec<f32>,
+    q: Vec<f32>,
 }
 
-/// Rows handled by one task; fixed, so that sums have one order whatever the number of threads.
-const ROWS: usize = 16;
+impl Solver {
+    pub(super) fn new(operator: Operator) -> Self {
+        Self {
+            multigrid: Multigrid::new(operator),
+            r: Vec::new(),
+            p: Vec::new(),
+            q: Vec::new(),
+        }
+    }
 
-impl Weighted<'_> {
-    /// Improves `x` until the residual has fallen to `tolerance` times that of the primal as the
-    /// solution, or for `max_iterations`: so the end does not depend on what is added to the image.
-    /// Residuals are measured as rᵀM⁻¹r with the preconditioner M: an error of low frequency has a small
-    /// residual in the plain norm, since the screen alone holds it.
+    /// Minimises Σ w (DI − G)² + Σ v (I − P)² from the start `x`, until the residual has fallen to
+    /// `tolerance` times that of the primal as the solution: so the end does not depend on what is added
+    /// to the image. Residuals are measured as rᵀM⁻¹r with the preconditioner M: an error of low
+    /// frequency has a small residual in the plain norm, since the screen alone holds it.
     pub(super) fn solve(
-        &self,
-        preconditioner: &ScreenedPoisson,
+        &mut self,
+        primal: &[f32],
+        (dx, dy): (&[f32], &[f32]),
         x: &mut [f32],
         tolerance: f64,
-        max_iterations: usize,
     ) -> Solution {
-        // The preconditioner's constant weights: the mean of the operator's.
-        let mean = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64;
-        let screen = mean(self.v) as f32;
-        let smooth = (0.5 * (mean(self.w.0) + mean(self.w.1))) as f32;
-        if !(screen >= 0.0 && smooth > 0.0 && screen.is_finite() && smooth.is_finite()) {
-            return Solution::default();
+        let Self { multigrid, r, p, q } = self;
+        let b = multigrid.operator().right_side(primal, dx, dy);
+        for buffer in [&mut *r, p, q] {
+            buffer.resize(b.len(), 0.0);
         }
-        let precondition = |r: &[f32]| {
-            let mut z = r.to_vec();
-            preconditioner.solve(&mut z, screen, smooth);
-            z
-        };
-        let mut b = divergence(self.size, self.dx, self.dy, Some(self.w));
-        b.iter_mut()
-            .zip(self.v)
-            .zip(self.primal)
-            .for_each(|((b, v), p)| *b += v * p);
-        let mut r = vec![0.0; b.len()];
-        let residual = |x: &[f32], r: &mut [f32]| {
-            self.apply(x, r);
-            r.iter_mut().zip(&b).for_each(|(r, b)| *r = b - *r);
-        };
-        residual(self.primal, &mut r);
-        let scale = dot(&r, &precondition(&r)).max(f64::MIN_POSITIVE);
+        multigrid.operator().residual(primal, &b, r);
+        let scale = dot(r, multigrid.precondition(r)).max(f64::MIN_POSITIVE);
         // Below the rounding of the right side there is nothing to gain, and steps lead astray.
-        let rounding = f64::from(4.0 * f32::EPSILON).powi(2) * dot(&b, &precondition(&b));
+        let rounding = f64::from(4.0 * f32::EPSILON).powi(2) * dot(&b, multigrid.precondition(&b));
         let limit = (scale * tolerance * tolerance).max(rounding);
         let ended = |iterations, rz: f64| Solution {
             iterations,
@@ -68,74 +58,59 @@ impl Weighted<'_> {
             },
         };
 
-        residual(x, &mut r);
-        let mut p = precondition(&r);
-        let mut rz = dot(&r, &p);
-        let mut q = vec![0.0; b.len()];
-        for iteration in 0..max_iterations {
+        multigrid.operator().residual(x, &b, r);
+        p.copy_from_slice(multigrid.precondition(r));
+        let mut rz = dot(r, p);
+        for iteration in 0..MAX_ITERATIONS {
             if rz <= limit {
                 return ended(iteration, rz);
             }
-            self.apply(&p, &mut q);
-            let step = rz / dot(&p, &q);
+            multigrid.operator().apply(p, q);
+            let step = rz / dot(p, q);
             if !(step > 0.0 && step.is_finite()) {
                 return ended(iteration, rz);
             }
-            let step = step as f32;
-            x.iter_mut().zip(&p).for_each(|(x, p)| *x += step * p);
-            r.iter_mut().zip(&q).for_each(|(r, q)| *r -= step * q);
-            let z = precondition(&r);
-            let next = dot(&r, &z);
+            add(x, step as f32, p);
+            add(r, -step as f32, q);
+            let z = multigrid.precondition(r);
+            let next = dot(r, z);
             let beta = (next / rz) as f32;
             rz = next;
-            p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + beta * *p);
+            p.par_chunks_mut(CHUNK)
+                .zip(z.par_chunks(CHUNK))
+                .for_each(|(p, z)| p.iter_mut().zip(z).for_each(|(p, z)| *p = z + beta * *p));
         }
-        ended(max_iterations, rz)
+        ended(MAX_ITERATIONS, rz)
     }
+}
 
-    /// out = (v + Dᵀ w D) x
-    fn apply(&self, x: &[f32], out: &mut [f32]) {
-        let (width, height) = self.size;
-        let (wx, wy) = self.w;
-        out.par_chunks_mut(width * ROWS)
-            .enumerate()
-            .for_each(|(chunk, out)| {
-                for (row, out) in out.chunks_mut(width).enumerate() {
-                    let y = chunk * ROWS + row;
-                    for (column, out) in out.iter_mut().enumerate() {
-                        let i = y * width + column;
-                        let mut sum = self.v[i] * x[i];
-                        if column > 0 {
-                            sum += wx[i - 1] * (x[i] - x[i - 1]);
-                        }
-                        if column + 1 < width {
-                            sum += wx[i] * (x[i] - x[i + 1]);
-                        }
-                        if y > 0 {
-                            sum += wy[i - width] * (x[i] - x[i - width]);
-                        }
-                        if y + 1 < height {
-                            sum += wy[i] * (x[i] - x[i + width]);
-                        }
-                        *out = sum;
-                    }
-                }
-            });
-    }
+/// x += a y
+fn add(x: &mut [f32], a: f32, y: &[f32]) {
+    x.par_chunks_mut(CHUNK)
+        .zip(y.par_chunks(CHUNK))
+        .for_each(|(x, y)| x.iter_mut().zip(y).for_each(|(x, y)| *x += a * y));
 }
 
 /// The scalar product, in double precision and in a fixed order.
 fn dot(a: &[f32], b: &[f32]) -> f64 {
-    const CHUNK: usize = 1 << 14;
     let parts: Vec<f64> = a
         .par_chunks(CHUNK)
         .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| {
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| f64::from(*a) * f64::from(*b))
-                .sum()
-        })
+        .map(|(a, b)| dot_chunk(a, b))
         .collect();
     parts.iter().sum()
+}
+
+/// With eight sums side by side, which vector instructions take together.
+fn dot_chunk(a: &[f32], b: &[f32]) -> f64 {
+    let mut sums = [0.0f64; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest = a8.remainder().iter().zip(b8.remainder());
+    let rest: f64 = rest.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
+    for (a, b) in a8.zip(b8) {
+        for lane in 0..8 {
+            sums[lane] += f64::from(a[lane]) * f64::from(b[lane]);
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }

@@ -71,7 +71,7 @@ impl ScreenedPoisson {
 }
 
 /// The transpose of `height` rows of `width` values, in blocks that stay in the cache.
-fn transpose(data: &[f32], width: usize, height: usize) -> Vec<f32> {
+pub(super) fn transpose(data: &[f32], width: usize, height: usize) -> Vec<f32> {
     const BLOCK: usize = 32;
     let mut out = vec![0.0; data.len()];
     out.par_chunks_mut(BLOCK * height)

@@ -2,8 +2,8 @@
 //! biased. The residual of a pixel or of a difference is the length of its RGB vector, so that the
 //! channels agree on what is an outlier.
 
-use super::conjugate_gradient::Weighted;
-use super::dct::ScreenedPoisson;
+use super::conjugate_gradient::Solver;
+use super::multigrid::Operator;
 use super::{Problem, Solution, l2};
 use crate::image::Image;
 use rayon::prelude::*;
@@ -16,13 +16,11 @@ const DECAY: f32 = 0.5;
 /// Residuals below this share of the image's brightness are rounding errors.
 const ROUNDING: f32 = 1e-5;
 /// Accuracy and effort of one round.
-const TOLERANCE: f64 = 1e-4;
-const MAX_ITERATIONS: usize = 50;
+const TOLERANCE: f64 = 1e-3;
 
 /// The picture I that minimises Σ|DI − G| + αΣ|I − P|.
 pub fn solve(problem: &Problem, alpha: f32) -> (Image, Solution) {
-    let (width, height) = (problem.primal.width, problem.primal.height);
-    let preconditioner = ScreenedPoisson::new(width, height);
+    let width = problem.primal.width;
     let mut picture = l2::solve(problem, alpha);
     let first = mean_residual(problem, &picture);
     let floor = (ROUNDING * mean_absolute(problem.primal)).max(f32::MIN_POSITIVE);
@@ -31,21 +29,11 @@ pub fn solve(problem: &Problem, alpha: f32) -> (Image, Solution) {
         let regulariser = (first * DECAY.powi(round)).max(floor);
         let (v, wx, wy) = weights(problem, &picture, alpha, regulariser);
         let mut residual = 0.0f64;
+        let mut solver = Solver::new(Operator::new(width, v, wx, wy));
         for c in 0..3 {
-            let system = Weighted {
-                size: (width, height),
-                primal: &problem.primal.channels[c],
-                dx: &problem.dx.channels[c],
-                dy: &problem.dy.channels[c],
-                v: &v,
-                w: (&wx, &wy),
-            };
-            let s = system.solve(
-                &preconditioner,
-                &mut picture.channels[c],
-                TOLERANCE,
-                MAX_ITERATIONS,
-            );
+            let differences = (&problem.dx.channels[c][..], &problem.dy.channels[c][..]);
+            let primal = &problem.primal.channels[c];
+            let s = solver.solve(primal, differences, &mut picture.channels[c], TOLERANCE);
             ended.iterations += s.iterations;
             residual = residual.max(s.residual);
         }

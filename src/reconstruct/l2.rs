@@ -1,9 +1,10 @@
 //! L2: least squares with one weight α for the whole image, exactly. Unbiased; the sum of the picture
 //! is the sum of the primal.
 
+use super::Problem;
 use super::dct::ScreenedPoisson;
-use super::{Problem, divergence};
 use crate::image::Image;
+use rayon::prelude::*;
 
 /// The picture I that minimises Σ|DI − G|² + α²Σ|I − P|². With α = 0 gradients alone decide, but for
 /// the mean, which is the primal's.
@@ -17,7 +18,6 @@ pub fn solve(problem: &Problem, alpha: f32) -> Image {
             (width, height),
             &problem.dx.channels[c],
             &problem.dy.channels[c],
-            None,
         );
         // Solve for the correction to the primal's mean: keeps the transform's rounding away from it.
         let mean = primal.iter().map(|&p| f64::from(p)).sum::<f64>() / primal.len().max(1) as f64;
@@ -33,4 +33,23 @@ pub fn solve(problem: &Problem, alpha: f32) -> Image {
         height,
         channels,
     }
+}
+
+/// Dᵀ G: what differences contribute to the right side of the normal equations.
+fn divergence((width, height): (usize, usize), dx: &[f32], dy: &[f32]) -> Vec<f32> {
+    let mut out = vec![0.0; width * height];
+    out.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        let row = y * width..(y + 1) * width;
+        let dx = &dx[row.start..row.end - 1];
+        out.iter_mut().zip(dx).for_each(|(o, g)| *o -= g);
+        out[1..].iter_mut().zip(dx).for_each(|(o, g)| *o += g);
+        if y > 0 {
+            let above = &dy[row.start - width..row.end - width];
+            out.iter_mut().zip(above).for_each(|(o, g)| *o += g);
+        }
+        if y + 1 < height {
+            out.iter_mut().zip(&dy[row]).for_each(|(o, g)| *o -= g);
+        }
+    });
+    out
 }

@@ -1,12 +1,65 @@
 //! Reconstruction: the picture whose values fit the primal and whose differences fit dx and dy, by a
 //! screened Poisson equation (Kettunen et al. 2015, section 4; method.md section 6).
 
+mod blur;
 mod conjugate_gradient;
 mod dct;
+pub mod error_estimate;
 pub mod l1;
 pub mod l2;
+mod multigrid;
+mod weighted;
 
+use crate::estimate::Planes;
 use crate::image::Image;
+
+/// How the picture is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Least squares, each value weighted by its own variance.
+    Weighted,
+    /// Least squares with one weight.
+    L2(Alpha),
+    /// Least absolute residuals with one weight.
+    L1(Alpha),
+    /// The primal as it is.
+    Primal,
+}
+
+/// The weight α of the primal against the differences.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Alpha {
+    /// This value, ≥ 0.
+    Fixed(f32),
+    /// By the variances: α² = ‖G‖²/‖F‖².
+    Auto,
+}
+
+/// The paper's α.
+pub const PAPER_ALPHA: f32 = 0.2;
+
+/// What a render or a file has to reconstruct from.
+pub struct Source<'a> {
+    /// Pixels across and down.
+    pub size: (usize, usize),
+    /// Samples of a pixel in each of the two independent halves. A source without halves has all in the
+    /// first.
+    pub samples: [u64; 2],
+    /// Estimates of a half (0 or 1), by channel (0 is red).
+    pub planes: &'a (dyn Fn(usize, usize) -> Planes + Sync),
+}
+
+/// A picture, with what is known of its error.
+#[derive(Clone, Debug)]
+pub struct Reconstruction {
+    /// The picture, without light seen directly.
+    pub picture: Image,
+    /// The same from either half alone: independent of one another, each with about twice the variance.
+    /// `None` where one half has no samples.
+    pub halves: Option<[Image; 2]>,
+    /// How the solver ended.
+    pub solution: Solution,
+}
 
 /// What is to be fitted: primal and differences, each without light seen directly.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +73,7 @@ pub struct Problem<'a> {
 }
 
 /// How a solver ended.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Solution {
     /// Iterations of conjugate gradients, over all channels and outer rounds; 0 for a direct solve.
     pub iterations: usize,
@@ -28,31 +81,130 @@ pub struct Solution {
     pub residual: f64,
 }
 
-/// Dᵀ(w G): what weighted differences contribute to the right side of the normal equations. `None` is
-/// weight 1.
-fn divergence(
-    (width, height): (usize, usize),
-    dx: &[f32],
-    dy: &[f32],
-    weights: Option<(&[f32], &[f32])>,
-) -> Vec<f32> {
-    let mut out = vec![0.0; width * height];
-    let (wx, wy) = weights.unzip();
-    let weighted = |g: &[f32], w: Option<&[f32]>, i: usize| g[i] * w.map_or(1.0, |w| w[i]);
-    for y in 0..height {
-        for x in 0..width {
-            let i = y * width + x;
-            if x + 1 < width {
-                let g = weighted(dx, wx, i);
-                out[i] -= g;
-                out[i + 1] += g;
-            }
-            if y + 1 < height {
-                let g = weighted(dy, wy, i);
-                out[i] -= g;
-                out[i + width] += g;
+/// The images of a half, or of all samples.
+struct Images {
+    primal: Image,
+    dx: Image,
+    dy: Image,
+}
+
+impl Images {
+    fn problem(&self) -> Problem<'_> {
+        Problem {
+            primal: &self.primal,
+            dx: &self.dx,
+            dy: &self.dy,
+        }
+    }
+}
+
+impl Source<'_> {
+    /// Whether there are two halves.
+    fn has_halves(&self) -> bool {
+        self.samples.iter().all(|&n| n > 0)
+    }
+
+    fn images(&self, half: usize) -> Images {
+        let planes = [0, 1, 2].map(|channel| (self.planes)(half, channel));
+        let (width, height) = self.size;
+        let image = |plane: fn(&Planes) -> &Vec<f32>| Image {
+            width,
+            height,
+            channels: [0, 1, 2].map(|c| plane(&planes[c]).clone()),
+        };
+        Images {
+            primal: image(|p| &p.primal),
+            dx: image(|p| &p.dx),
+            dy: image(|p| &p.dy),
+        }
+    }
+
+    /// The mean of two images by the halves' samples.
+    fn merge(&self, [a, b]: &[Image; 2]) -> Image {
+        let [na, nb] = self.samples.map(|n| n as f32);
+        let share = nb / (na + nb).max(1.0);
+        Image {
+            width: a.width,
+            height: a.height,
+            channels: std::array::from_fn(|c| {
+                let pairs = a.channels[c].iter().zip(&b.channels[c]);
+                pairs.map(|(a, b)| a + (b - a) * share).collect()
+            }),
+        }
+    }
+
+    /// ‖G‖²/‖F‖² from the variances, as a root: what α should be (notes, section 3.2).
+    fn alpha(&self, alpha: Alpha) -> f32 {
+        match alpha {
+            Alpha::Fixed(alpha) => alpha,
+            Alpha::Auto => {
+                let sum = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>();
+                let (mut primal, mut differences) = (0.0, 0.0);
+                for half in (0..2).filter(|&half| self.samples[half] > 0) {
+                    for channel in 0..3 {
+                        let p = (self.planes)(half, channel);
+                        primal += sum(&p.primal_variance);
+                        differences += 0.5 * (sum(&p.dx_variance) + sum(&p.dy_variance));
+                    }
+                }
+                let alpha = (differences / primal).sqrt() as f32;
+                if alpha.is_finite() && alpha > 0.0 {
+                    alpha
+                } else {
+                    PAPER_ALPHA
+                }
             }
         }
     }
-    out
+}
+
+/// Makes the picture. [`Method::Weighted`] needs two samples in each half; with fewer it is L2.
+pub fn run(method: Method, source: &Source) -> Reconstruction {
+    let method = match method {
+        Method::Weighted if source.samples.iter().any(|&n| n < weighted::LEAST_SAMPLES) => {
+            Method::L2(Alpha::Fixed(PAPER_ALPHA))
+        }
+        method => method,
+    };
+    let solve = |images: &Images| match method {
+        Method::L2(alpha) => {
+            let picture = l2::solve(&images.problem(), source.alpha(alpha));
+            (picture, Solution::default())
+        }
+        Method::L1(alpha) => l1::solve(&images.problem(), source.alpha(alpha)),
+        Method::Primal | Method::Weighted => (images.primal.clone(), Solution::default()),
+    };
+    if !source.has_halves() {
+        let half = usize::from(source.samples[0] == 0);
+        let (picture, solution) = solve(&source.images(half));
+        return Reconstruction {
+            picture,
+            halves: None,
+            solution,
+        };
+    }
+    let (halves, solution) = match method {
+        Method::Weighted => weighted::solve(source),
+        Method::L2(_) | Method::L1(_) | Method::Primal => {
+            let halves = [0, 1].map(|half| solve(&source.images(half)).0);
+            (halves, Solution::default())
+        }
+    };
+    // All but L1 are linear in the values.
+    let (picture, solution) = match method {
+        Method::L1(_) => {
+            let [a, b] = [0, 1].map(|half| source.images(half));
+            solve(&Images {
+                primal: source.merge(&[a.primal, b.primal]),
+                dx: source.merge(&[a.dx, b.dx]),
+                dy: source.merge(&[a.dy, b.dy]),
+            })
+        }
+        _ => (source.merge(&halves), solution),
+    };
+    Reconstruction {
+        picture,
+        halves: Some(halves),
+        solution,
+    }
 }

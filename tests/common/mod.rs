@@ -2,7 +2,8 @@
 #![allow(dead_code)] // each test file uses a part
 
 use gdpt::error::Warnings;
-use gdpt::film::{Estimate, Film, Halves};
+use gdpt::estimate::Estimate;
+use gdpt::film::{Film, Halves};
 use gdpt::gradient::Weights;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
 use gdpt::path::PathSettings;
@@ -118,7 +119,7 @@ impl Render {
                 time: None,
             },
         };
-        let outcome = job.run(&mut film, &|| false, &mut |_| ());
+        let outcome = job.run(&mut film, &mut |_| None, &mut |_| ());
         assert_eq!(outcome.counts.dropped, 0, "samples were not finite");
         film
     }

@@ -1,0 +1,320 @@
+//! `gdpt reconstruct` from files to files.
+
+use super::picture::{self, Direct};
+use super::{Ended, HALF_A, thread_pool};
+use crate::cli::{Reconstruct, ReconstructArgs};
+use crate::error::{Error, Result, Warnings};
+use crate::estimate::{Estimate, Planes};
+use crate::image::Image;
+use crate::load::exr::{self, ExrFile};
+use crate::output::{self, exr::Layers, png};
+use crate::reconstruct::{Alpha, Source};
+use std::io::Write;
+use std::path::Path;
+
+/// What the files hold.
+struct Input {
+    /// All samples, or half A.
+    first: Estimate,
+    /// Half B.
+    second: Option<Estimate>,
+    samples: [u64; 2],
+    direct: Direct,
+    /// Layers and texts that the output takes over.
+    rest: ExrFile,
+}
+
+/// Makes the picture again.
+pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
+    let inputs = [&args.input, &args.primal, &args.dx, &args.dy, &args.direct];
+    for input in inputs.into_iter().flatten() {
+        output::check_outputs(input, &[&args.output])?;
+    }
+    let to_png = match args.output.extension().and_then(|e| e.to_str()) {
+        Some(e) if e.eq_ignore_ascii_case("exr") => false,
+        Some(e) if e.eq_ignore_ascii_case("png") => true,
+        _ => {
+            let message = "the extension must be .exr or .png";
+            return Err(Error::input(&args.output, None, message));
+        }
+    };
+    let pool = thread_pool(args.threads)?;
+    let mut input = match (&args.input, &args.primal, &args.dx, &args.dy) {
+        (Some(path), ..) => own_file(path)?,
+        (None, Some(primal), Some(dx), Some(dy)) => {
+            three_files(primal, dx, dy, args.direct.as_deref())?
+        }
+        _ => {
+            let message = "needs the file of a render, or --primal, --dx and --dy";
+            return Err(Error::Setting(message.into()));
+        }
+    };
+
+    // Method.
+    let has_halves = input.second.is_some();
+    let reconstruct = match args.reconstruct {
+        Some(Reconstruct::Weighted) if !has_halves => {
+            let message = "weighted needs the two halves that a render's own file has";
+            return Err(Error::Setting(message.into()));
+        }
+        Some(reconstruct) => reconstruct,
+        None if has_halves => Reconstruct::Weighted,
+        None => Reconstruct::L2,
+    };
+    if args.alpha == Some(Alpha::Auto) && !has_halves {
+        let message = "--alpha auto needs the variances that a render's own file has";
+        return Err(Error::Setting(message.into()));
+    }
+    let mut warnings = Warnings::new(false);
+    let method = picture::method(reconstruct, args.alpha, &mut warnings)?;
+
+    // Picture.
+    let Input {
+        first,
+        second,
+        samples,
+        direct,
+        rest,
+    } = &mut input;
+    let (width, height) = (first.primal.width, first.primal.height);
+    let planes = |half: usize, channel: usize| -> Planes {
+        let estimate = if half == 0 {
+            Some(&*first)
+        } else {
+            second.as_ref()
+        };
+        estimate.map(|e| e.channel(channel)).unwrap_or_default()
+    };
+    let source = Source {
+        size: (width, height),
+        samples: *samples,
+        planes: &planes,
+    };
+    let made = pool.install(|| picture::make(method, &source, direct));
+
+    // File.
+    if to_png {
+        png::write(&args.output, &made.image, args.exposure)?;
+    } else {
+        let mut layers = Layers::default();
+        layers.picture(&made.image);
+        if let Some(error) = &made.error {
+            layers.colour("error", &error.standard);
+        }
+        let replaced =
+            |name: &str| ["R", "G", "B", "A"].contains(&name) || name.starts_with("error.");
+        for (name, values) in std::mem::take(&mut rest.channels) {
+            if !replaced(&name) {
+                layers.channel(&name, values);
+            }
+        }
+        let (name, alpha) = picture::describe(method);
+        rest.texts.insert("gdpt.reconstruct".into(), name.into());
+        rest.texts.insert("gdpt.alpha".into(), alpha);
+        for (name, value) in rest.texts.iter().filter(|(_, value)| !value.is_empty()) {
+            layers.attribute(name, value.clone());
+        }
+        layers.write(&args.output, width, height)?;
+    }
+    if !args.quiet {
+        let mut text: String = warnings
+            .list()
+            .iter()
+            .map(|w| format!("warning: {w}\n"))
+            .collect();
+        text += &format!("{:.2} s solving", made.seconds);
+        if made.solution.iterations > 0 {
+            let s = made.solution;
+            text += &format!(
+                " ({} iterations, residual {:.1e})",
+                s.iterations, s.residual
+            );
+        }
+        if let Some(error) = &made.error {
+            text += &format!("\nestimated relMSE {:.2e}", error.rel_mse);
+        }
+        let _ = writeln!(std::io::stdout(), "{text}\nwrote {}", args.output.display());
+    }
+    Ok(Ended::Done)
+}
+
+fn image(file: &ExrFile, path: &Path, layer: &str) -> Result<Image> {
+    let channels = file.colour(layer).ok_or_else(|| {
+        let dot = if layer.is_empty() { "" } else { "." };
+        let message = format!("has no channels {layer}{dot}R, {layer}{dot}G, {layer}{dot}B");
+        Error::input(path, None, message)
+    })?;
+    if !channels.iter().copied().flatten().all(|v| v.is_finite()) {
+        let message = format!("has values that are not finite in '{layer}'");
+        return Err(Error::input(path, None, message));
+    }
+    Ok(Image {
+        width: file.size.0,
+        height: file.size.1,
+        channels: channels.map(Vec::clone),
+    })
+}
+
+/// What `gdpt render` wrote.
+fn own_file(path: &Path) -> Result<Input> {
+    let file = exr::load(path)?;
+    let samples = file.texts.get("gdpt.samples").and_then(|n| n.parse().ok());
+    let Some(samples) = samples.filter(|&n: &u64| n > 0) else {
+        let message = "is no file that gdpt render wrote; use --primal, --dx and --dy";
+        return Err(Error::input(path, None, message));
+    };
+    let variance = |layer: &str, known: bool| {
+        if known {
+            image(&file, path, layer)
+        } else {
+            Ok(Image::new(file.size.0, file.size.1))
+        }
+    };
+    let estimate = |prefix: &str, known| -> Result<Estimate> {
+        let layer = |name: &str| image(&file, path, &format!("{prefix}{name}"));
+        let variance = |name: &str| variance(&format!("{prefix}{name}_variance"), known);
+        Ok(Estimate {
+            primal: layer("primal")?,
+            dx: layer("dx")?,
+            dy: layer("dy")?,
+            primal_variance: variance("primal")?,
+            dx_variance: variance("dx")?,
+            dy_variance: variance("dy")?,
+        })
+    };
+    // Sample n belongs to half n mod 2.
+    let halves = [samples.div_ceil(2), samples / 2];
+    let known = |n: u64| n > 1;
+    let all = estimate("", known(samples))?;
+    let direct = image(&file, path, "direct")?;
+    if halves[1] == 0 {
+        return Ok(Input {
+            first: all,
+            second: None,
+            samples: halves,
+            direct: Direct {
+                halves: [direct.clone(), direct.clone()],
+                all: direct,
+            },
+            rest: file,
+        });
+    }
+    let a = estimate(HALF_A, known(halves[0]))?;
+    let direct_a = image(&file, path, &format!("{HALF_A}direct"))?;
+    let b = rest_of(&all, &a, halves);
+    let direct_b = other_mean(&direct, &direct_a, halves);
+    Ok(Input {
+        first: a,
+        second: Some(b),
+        samples: halves,
+        direct: Direct {
+            halves: [direct_a, direct_b],
+            all: direct,
+        },
+        rest: file,
+    })
+}
+
+/// The mean of half B from the mean of all samples and of half A.
+fn other_mean(all: &Image, a: &Image, [na, nb]: [u64; 2]) -> Image {
+    combine(all, a, |all, a| {
+        ((na + nb) as f64 * all - na as f64 * a) / nb as f64
+    })
+}
+
+fn combine(x: &Image, y: &Image, f: impl Fn(f64, f64) -> f64) -> Image {
+    let channel = |c: usize| {
+        let pairs = x.channels[c].iter().zip(&y.channels[c]);
+        pairs
+            .map(|(x, y)| f(f64::from(*x), f64::from(*y)) as f32)
+            .collect()
+    };
+    Image {
+        width: x.width,
+        height: x.height,
+        channels: std::array::from_fn(channel),
+    }
+}
+
+/// Half B from all samples and half A: undoes what [`crate::film::Film::estimate`] made of the sums.
+fn rest_of(all: &Estimate, a: &Estimate, samples: [u64; 2]) -> Estimate {
+    let [na, nb] = samples.map(|n| n as f64);
+    let n = na + nb;
+    // The sum of squares from the variance of a mean; `share` of the mean's square was subtracted.
+    let squares = |variance: &Image, mean: &Image, n: f64, share: f64| {
+        combine(variance, mean, |v, m| n * (v * (n - 1.0) + share * m * m))
+    };
+    let variance = |all: (&Image, &Image), a: (&Image, &Image), b: &Image, share: f64| {
+        let all = squares(all.0, all.1, n, share);
+        let a = squares(a.0, a.1, na, share);
+        let sum = combine(&all, &a, |all, a| all - a);
+        combine(&sum, b, |sum, m| {
+            ((sum / nb - share * m * m) / (nb - 1.0).max(1.0)).max(0.0)
+        })
+    };
+    let primal = other_mean(&all.primal, &a.primal, samples);
+    let dx = other_mean(&all.dx, &a.dx, samples);
+    let dy = other_mean(&all.dy, &a.dy, samples);
+    Estimate {
+        primal_variance: variance(
+            (&all.primal_variance, &all.primal),
+            (&a.primal_variance, &a.primal),
+            &primal,
+            1.0,
+        ),
+        dx_variance: variance(
+            (&all.dx_variance, &all.dx),
+            (&a.dx_variance, &a.dx),
+            &dx,
+            0.5,
+        ),
+        dy_variance: variance(
+            (&all.dy_variance, &all.dy),
+            (&a.dy_variance, &a.dy),
+            &dy,
+            0.5,
+        ),
+        primal,
+        dx,
+        dy,
+    }
+}
+
+/// Images of another renderer, one a file.
+fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Result<Input> {
+    let read = |path: &Path| -> Result<Image> { image(&exr::load(path)?, path, "") };
+    let first = read(primal)?;
+    let (width, height) = (first.width, first.height);
+    let of_same_size = |path: &Path| {
+        let image = read(path)?;
+        if (image.width, image.height) == (width, height) {
+            return Ok(image);
+        }
+        let message = format!(
+            "is {}x{}, but {} is {width}x{height}",
+            image.width,
+            image.height,
+            primal.display()
+        );
+        Err(Error::input(path, None, message))
+    };
+    let direct = match direct {
+        Some(path) => of_same_size(path)?,
+        None => Image::new(width, height),
+    };
+    Ok(Input {
+        first: Estimate {
+            dx: of_same_size(dx)?,
+            dy: of_same_size(dy)?,
+            primal: first,
+            ..Estimate::new(width, height)
+        },
+        second: None,
+        samples: [1, 0],
+        direct: Direct {
+            halves: [direct.clone(), direct.clone()],
+            all: direct,
+        },
+        rest: ExrFile::default(),
+    })
+}

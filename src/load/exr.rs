@@ -1,0 +1,74 @@
+//! EXR files: all channels by name, as 32-bit float.
+
+use super::{check_readable, guarded};
+use crate::error::{Error, Result};
+use exr::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The channels of an EXR file's first part.
+#[derive(Debug, Default)]
+pub struct ExrFile {
+    /// Pixels across and down.
+    pub size: (usize, usize),
+    /// Values row by row from the upper left corner, by channel name.
+    pub channels: BTreeMap<String, Vec<f32>>,
+    /// Texts of the header by name.
+    pub texts: BTreeMap<String, String>,
+}
+
+/// Reads a file. Half and integer channels become 32-bit float.
+pub fn load(path: &Path) -> Result<ExrFile> {
+    check_readable(path)?;
+    let parsed = guarded(|| {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+    });
+    let image = match parsed {
+        Ok(Ok(image)) => image,
+        Ok(Err(e)) => {
+            return Err(Error::input(
+                path,
+                None,
+                format!("is no EXR file that can be read: {e}"),
+            ));
+        }
+        Err(()) => return Err(Error::input(path, None, "is no EXR file that can be read")),
+    };
+    let layer = image.layer_data;
+    let text = |(name, value): (Text, AttributeValue)| match value {
+        AttributeValue::Text(value) => Some((name.to_string(), value.to_string())),
+        _ => None,
+    };
+    let shared = image.attributes.other.into_iter();
+    let texts = shared
+        .chain(layer.attributes.other)
+        .filter_map(text)
+        .collect();
+    let channels = layer.channel_data.list.into_iter();
+    let channels = channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
+    Ok(ExrFile {
+        size: (layer.size.width(), layer.size.height()),
+        channels: channels.collect(),
+        texts,
+    })
+}
+
+impl ExrFile {
+    /// A colour layer: `name.R`, `name.G`, `name.B`, or `R`, `G`, `B` where the name is empty. `None` if
+    /// one is missing.
+    pub fn colour(&self, name: &str) -> Option<[&Vec<f32>; 3]> {
+        let prefix = if name.is_empty() {
+            String::new()
+        } else {
+            format!("{name}.")
+        };
+        let channel = |c: &str| self.channels.get(&format!("{prefix}{c}"));
+        Some([channel("R")?, channel("G")?, channel("B")?])
+    }
+}
