@@ -3,7 +3,7 @@
 use crate::cli::Reconstruct;
 use crate::error::{Result, Warnings};
 use crate::image::Image;
-use crate::reconstruct::error_estimate::{self, Estimated};
+use crate::reconstruct::error_estimate::{self, Estimated, Halved};
 use crate::reconstruct::{self, Alpha, Method, PAPER_ALPHA, Solution, Source};
 use std::time::Instant;
 
@@ -26,11 +26,18 @@ pub(super) struct Direct {
 pub(super) fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
     let start = Instant::now();
     let made = reconstruct::run(method, source);
-    let image = made.picture.plus(&direct.all);
-    let error = made.halves.map(|[a, b]| {
-        let halves = [a.plus(&direct.halves[0]), b.plus(&direct.halves[1])];
-        error_estimate::estimate(&image, &halves, source.samples)
+    let error = made.halves.map(|halves| {
+        let solved = Halved {
+            all: &made.picture,
+            halves: &halves,
+        };
+        let direct = Halved {
+            all: &direct.all,
+            halves: &direct.halves,
+        };
+        error_estimate::estimate(solved, direct, source.samples)
     });
+    let image = made.picture.plus(&direct.all);
     Picture {
         image,
         error,

@@ -3,6 +3,7 @@
 
 use super::blur::blur;
 use crate::image::Image;
+use rayon::prelude::*;
 
 /// Smoothing of the squared disagreement, in pixels. One disagreement has one degree of freedom.
 const SMOOTHING: f32 = 3.0;
@@ -15,34 +16,101 @@ pub struct Estimated {
     /// Standard error of each pixel, smoothed.
     pub standard: Image,
     /// Mean of the squared error over the square of the picture + 0.01: relMSE without a reference. It
-    /// does not see bias.
+    /// does not see bias, and nothing that no sample has found yet.
     pub rel_mse: f64,
 }
 
-/// The error of `picture`, the mean of `halves` weighted by `samples`.
-pub fn estimate(picture: &Image, halves: &[Image; 2], samples: [u64; 2]) -> Estimated {
+/// An image, and the two independent halves of which it is the mean.
+#[derive(Clone, Copy, Debug)]
+pub struct Halved<'a> {
+    /// All samples.
+    pub all: &'a Image,
+    /// Of half A and of half B.
+    pub halves: &'a [Image; 2],
+}
+
+/// The error of the sum of what was reconstructed and of light seen directly. `samples` are those of the
+/// halves.
+pub fn estimate(solved: Halved, direct: Halved, samples: [u64; 2]) -> Estimated {
     let [na, nb] = samples.map(|n| n as f32);
     // The variances of the halves go as 1/n: that of the mean is this share of (A − B)².
     let share = na * nb / ((na + nb) * (na + nb));
-    let mut standard = Image::new(picture.width, picture.height);
+    let (width, height) = (solved.all.width, solved.all.height);
+    let mut standard = Image::new(width, height);
     let mut sum = 0.0;
     for c in 0..3 {
-        let (a, b) = (&halves[0].channels[c], &halves[1].channels[c]);
-        let mut variance: Vec<f32> = a
+        let difference = |images: &[Image; 2]| -> Vec<f32> {
+            let (a, b) = (&images[0].channels[c], &images[1].channels[c]);
+            a.iter().zip(b).map(|(a, b)| a - b).collect()
+        };
+        let (of_solved, of_direct) = (difference(solved.halves), difference(direct.halves));
+        // The picture's own noise must not be divided by: an outlier would hide itself.
+        let mut brightness = median(&solved.all.channels[c], width);
+        let seen = &direct.all.channels[c];
+        brightness.iter_mut().zip(seen).for_each(|(b, d)| *b += d);
+        for ((s, d), i) in of_solved.iter().zip(&of_direct).zip(&brightness) {
+            sum += f64::from(share * (s + d) * (s + d) / (i * i + EPSILON));
+        }
+        // Light seen directly has error at the edges of lamps alone: that is not spread.
+        let mut variance: Vec<f32> = of_solved.iter().map(|s| share * s * s).collect();
+        blur(&mut variance, width, SMOOTHING);
+        let total = variance
             .iter()
-            .zip(b)
-            .map(|(a, b)| share * (a - b) * (a - b))
-            .collect();
-        sum += variance
-            .iter()
-            .zip(&picture.channels[c])
-            .map(|(v, i)| f64::from(v / (i * i + EPSILON)))
-            .sum::<f64>();
-        blur(&mut variance, picture.width, SMOOTHING);
-        standard.channels[c] = variance.into_iter().map(f32::sqrt).collect();
+            .zip(&of_direct)
+            .map(|(v, d)| v + share * d * d);
+        standard.channels[c] = total.map(f32::sqrt).collect();
     }
     Estimated {
         standard,
-        rel_mse: sum / (3 * picture.width * picture.height) as f64,
+        rel_mse: sum / (3 * width * height) as f64,
+    }
+}
+
+/// The median of each pixel and its eight neighbours; beyond the border the border's pixels again.
+fn median(data: &[f32], width: usize) -> Vec<f32> {
+    let height = data.len() / width;
+    let sorted = |a: f32, b: f32, c: f32| {
+        let (low, high) = (a.min(b), a.max(b));
+        (low.min(c), low.max(high.min(c)), high.max(c))
+    };
+    let mut out = vec![0.0; data.len()];
+    out.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        let row = |y: usize| &data[y * width..(y + 1) * width];
+        let rows = [y.saturating_sub(1), y, (y + 1).min(height - 1)].map(row);
+        let column = |x: usize| sorted(rows[0][x], rows[1][x], rows[2][x]);
+        for (x, out) in out.iter_mut().enumerate() {
+            // Columns sorted, the median of all is that of the largest of the smallest, the median of the
+            // medians, and the smallest of the largest.
+            let [a, b, c] = [x.saturating_sub(1), x, (x + 1).min(width - 1)].map(column);
+            let (_, middle, _) = sorted(a.1, b.1, c.1);
+            *out = sorted(a.0.max(b.0).max(c.0), middle, a.2.min(b.2).min(c.2)).1;
+        }
+    });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians_are_those_of_sorted_neighbours() {
+        let (width, height) = (7, 5);
+        let data: Vec<f32> = (0..width * height)
+            .map(|i| (i * 7919 % 101) as f32)
+            .collect();
+        let median = median(&data, width);
+        for y in 0..height {
+            for x in 0..width {
+                let mut around = Vec::new();
+                for (dy, dx) in (0..3).flat_map(|dy| (0..3).map(move |dx| (dy, dx))) {
+                    let y = (y + dy).saturating_sub(1).min(height - 1);
+                    let x = (x + dx).saturating_sub(1).min(width - 1);
+                    around.push(data[y * width + x]);
+                }
+                around.sort_by(f32::total_cmp);
+                assert_eq!(median[y * width + x], around[4], "{x},{y}");
+            }
+        }
     }
 }
