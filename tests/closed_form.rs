@@ -63,7 +63,7 @@ fn check(
                     0.2,
                 ),
             };
-            let picture = picture.plus(&film.first_hits().direct);
+            let picture = picture.plus(&film.direct(gdpt::film::Halves::Both));
             means.resize(picture.width * picture.height, Mean::default());
             means
                 .iter_mut()

@@ -7,7 +7,8 @@ use common::{Render, shipped, tracer};
 use gdpt::estimate::Estimate;
 use gdpt::film::Halves;
 use gdpt::image::Image;
-use gdpt::reconstruct::{Problem, l1, l2};
+use gdpt::reconstruct::error_estimate::{self, Halved};
+use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::Method;
 use gdpt::scene::Scene;
 
@@ -48,8 +49,25 @@ fn all_bits(scene: &Scene, threads: usize, tile_size: u32, method: Method) -> Ve
             out.push(bits(&l2::solve(&problem, 0.2)));
             out.push(bits(&l1::solve(&problem, 0.2).0));
         }
+        let source = Source {
+            size: (film.width as usize, film.height as usize),
+            samples: film.samples,
+            planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+        };
+        let weighted = reconstruct::run(reconstruct::Method::Weighted, &source);
+        out.push(bits(&weighted.picture));
+        let solved = Halved {
+            all: &weighted.picture,
+            halves: &weighted.halves.unwrap(),
+        };
+        let direct = Halved {
+            all: &film.direct(Halves::Both),
+            halves: &[film.direct(Halves::A), film.direct(Halves::B)],
+        };
+        let error = error_estimate::estimate(solved, direct, film.samples);
+        out.push(bits(&error.standard));
         let hits = film.first_hits();
-        out.extend([&hits.direct, &hits.albedo, &hits.normal].map(bits));
+        out.extend([direct.all, &hits.albedo, &hits.normal].map(bits));
         out.push(hits.depth.iter().map(|v| v.to_bits()).collect());
         out
     })

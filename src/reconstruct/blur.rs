@@ -77,7 +77,7 @@ mod tests {
                 second += v * ((i % width) as f32 - 64.0).powi(2);
             }
             assert!((sum - 1.0).abs() < 1e-4, "{sum}");
-            assert!((second.sqrt() / sigma - 1.0).abs() < 0.1, "{second}");
+            assert!((second.sqrt() / sigma - 1.0).abs() < 0.25, "{second}");
         }
     }
 

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 /// Rounds of reweighting, and the decay of the regulariser from one to the next (the paper's code). It
 /// begins at the mean residual of L2, where the paper's code has 0.05 for any image: so it fits images
 /// of any brightness, and outliers that L2 has spread far are undone before the weights freeze.
-const ROUNDS: i32 = 20;
-const DECAY: f32 = 0.5;
+const ROUNDS: i32 = 10;
+const DECAY: f32 = 0.25;
 /// Residuals below this share of the image's brightness are rounding errors.
 const ROUNDING: f32 = 1e-5;
 /// Accuracy and effort of one round.

@@ -77,7 +77,8 @@ pub struct Problem<'a> {
 pub struct Solution {
     /// Iterations of conjugate gradients, over all channels and outer rounds; 0 for a direct solve.
     pub iterations: usize,
-    /// Largest relative residual over the channels, 0 for a direct solve.
+    /// What is left of the error of the primal as the solution, as ‖M⁻¹r‖ measures it: the largest over
+    /// the channels; 0 for a direct solve.
     pub residual: f64,
 }
 

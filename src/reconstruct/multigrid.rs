@@ -144,21 +144,24 @@ impl Operator {
     /// The operator on cells of twice the side.
     fn coarser(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut coarse = [0; 3].map(|_| vec![0.0; width * height]);
-        let [v, wx, wy] = &mut coarse;
-        for y in 0..self.height {
-            for x in 0..self.width {
-                let (fine, coarse) = (y * self.width + x, y / 2 * width + x / 2);
-                v[coarse] += self.v[fine];
-                if x % 2 == 1 {
-                    wx[coarse] += 0.5 * self.wx[fine];
+        // Sums over the fine cells of each coarse one; of differences those that cross its border.
+        let gather = |weights: &[f32], share: f32, (across, along): (bool, bool)| {
+            let mut out = vec![0.0; width * height];
+            out.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+                let first = 2 * y + usize::from(along);
+                for row in first..(2 * y + 2).min(self.height) {
+                    let row = &weights[row * self.width..(row + 1) * self.width];
+                    for (out, pair) in out.iter_mut().zip(row.chunks(2)) {
+                        let second = pair.get(1).copied().unwrap_or(0.0);
+                        *out += share * if across { second } else { pair[0] + second };
+                    }
                 }
-                if y % 2 == 1 {
-                    wy[coarse] += 0.5 * self.wy[fine];
-                }
-            }
-        }
-        let [v, wx, wy] = coarse;
+            });
+            out
+        };
+        let v = gather(&self.v, 1.0, (false, false));
+        let wx = gather(&self.wx, 0.5, (true, false));
+        let wy = gather(&self.wy, 0.5, (false, true));
         Self::new(width, v, wx, wy)
     }
 }
@@ -342,7 +345,7 @@ mod tests {
     /// Restriction is the transpose of prolongation, so that a cycle is symmetric.
     #[test]
     fn transfers_are_transposes() {
-        for (width, height) in [(1, 1), (1, 7), (6, 1), (2, 2), (5, 4), (37, 23)] {
+        for (width, height) in [(1usize, 1usize), (1, 7), (6, 1), (2, 2), (5, 4), (37, 23)] {
             let (cw, ch) = (width.div_ceil(2), height.div_ceil(2));
             let value =
                 |i: usize, k: usize| ((i * 7919 + k * 104_729) % 1000) as f32 / 1000.0 - 0.5;
