@@ -4,10 +4,10 @@ mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gdpt::bsdf::Lobe;
-use gdpt::film::Halves;
+use gdpt::film::{Film, Halves};
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
-use gdpt::reconstruct::{Problem, l1, l2};
+use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 use gdpt::sampler::{Dimension, Sampler};
 use gdpt::scene::Scene;
@@ -137,31 +137,48 @@ fn tiles(c: &mut Criterion) {
 }
 
 fn reconstruction(c: &mut Criterion) {
-    let scene = common::shipped("glossy");
-    let tracer = Backend::DEFAULT.build(&scene.mesh, 2).expect("a tree");
-    let mut film = gdpt::film::Film::new(scene.camera.width, scene.camera.height, TILE_SIZE);
-    let job = Job {
-        scene: &scene,
-        tracer: &*tracer,
-        method: Method::Gpt,
-        settings: SETTINGS,
-        limits: Limits {
-            samples: 16,
-            time: None,
-        },
-    };
-    job.run(&mut film, &mut |_| None, &mut |_| ());
-    let e = film.estimate(Halves::Both);
-    let problem = Problem {
-        primal: &e.primal,
-        dx: &e.dx,
-        dy: &e.dy,
-    };
-    let mut group = c.benchmark_group("reconstruction/256x256");
-    group.sample_size(10);
-    group.bench_function("l2", |b| b.iter(|| black_box(l2::solve(&problem, 0.2))));
-    group.bench_function("l1", |b| b.iter(|| black_box(l1::solve(&problem, 0.2))));
-    group.finish();
+    for (width, height) in [(256, 256), (1920, 1080)] {
+        let scene = common::shipped_at("glossy", width, height);
+        let tracer = Backend::DEFAULT.build(&scene.mesh, 2).expect("a tree");
+        let mut film = Film::new(width, height, TILE_SIZE);
+        let job = Job {
+            scene: &scene,
+            tracer: &*tracer,
+            method: Method::Gpt,
+            settings: SETTINGS,
+            limits: Limits {
+                samples: 4,
+                time: None,
+            },
+        };
+        job.run(&mut film, &mut |_| None, &mut |_| ());
+        let e = film.estimate(Halves::Both);
+        let problem = Problem {
+            primal: &e.primal,
+            dx: &e.dx,
+            dy: &e.dy,
+        };
+        let source = Source {
+            size: (width as usize, height as usize),
+            samples: film.samples,
+            planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+        };
+        let mut group = c.benchmark_group(format!("reconstruction/{width}x{height}"));
+        group.sample_size(10);
+        // Inside the pool, as in the program: a solve has many small parallel steps.
+        let inside = |f: &(dyn Fn() + Sync)| rayon::scope(|_| f());
+        group.bench_function("l2", |b| {
+            b.iter(|| inside(&|| _ = black_box(l2::solve(&problem, 0.2))));
+        });
+        group.bench_function("l1", |b| {
+            b.iter(|| inside(&|| _ = black_box(l1::solve(&problem, 0.2))));
+        });
+        group.bench_function("weighted", |b| {
+            let method = reconstruct::Method::Weighted;
+            b.iter(|| inside(&|| _ = black_box(reconstruct::run(method, &source))));
+        });
+        group.finish();
+    }
 }
 
 criterion_group!(benches, parts, tiles, reconstruction);

@@ -11,6 +11,7 @@ use crate::image::Image;
 use crate::path::Tile;
 use crate::sums::{PixelSums, TileSums};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Sums of one half at one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -266,7 +267,11 @@ impl Film {
     /// Means and variances of one half or of all samples. All 0 where there are no samples.
     pub fn estimate(&self, halves: Halves) -> Estimate {
         let mut e = Estimate::new(self.width as usize, self.height as usize);
-        self.moments(halves, |index, m| {
+        if self.count(halves) == 0 {
+            return e;
+        }
+        self.for_each(|index, pixel| {
+            let m = self.moments(halves, pixel);
             e.primal.set(index, m.primal);
             e.dx.set(index, m.dx);
             e.dy.set(index, m.dy);
@@ -288,23 +293,45 @@ impl Film {
             dx_variance: plane(),
             dy_variance: plane(),
         };
-        self.moments(halves, |index, m| {
-            p.primal[index] = m.primal[channel];
-            p.dx[index] = m.dx[channel];
-            p.dy[index] = m.dy[channel];
-            p.primal_variance[index] = m.primal_sq[channel];
-            p.dx_variance[index] = m.dx_sq[channel];
-            p.dy_variance[index] = m.dy_sq[channel];
-        });
+        if self.count(halves) == 0 {
+            return p;
+        }
+        // A row of tiles fills a stretch of each plane.
+        let columns = self.width.div_ceil(self.tile_size) as usize;
+        let stretch = (self.width * self.tile_size) as usize;
+        let rows = |plane| <[f32]>::par_chunks_mut(plane, stretch);
+        (
+            self.tiles.par_chunks(columns),
+            rows(&mut p.primal),
+            rows(&mut p.dx),
+            rows(&mut p.dy),
+            rows(&mut p.primal_variance),
+            rows(&mut p.dx_variance),
+            rows(&mut p.dy_variance),
+        )
+            .into_par_iter()
+            .for_each(|(tiles, primal, dx, dy, primal_sq, dx_sq, dy_sq)| {
+                for FilmTile { tile, pixels, .. } in tiles {
+                    for (index, pixel) in pixels.iter().enumerate() {
+                        let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
+                        let at = (y * self.width + tile.x + x) as usize;
+                        let m = self.moments(halves, pixel);
+                        primal[at] = m.primal[channel];
+                        dx[at] = m.dx[channel];
+                        dy[at] = m.dy[channel];
+                        primal_sq[at] = m.primal_sq[channel];
+                        dx_sq[at] = m.dx_sq[channel];
+                        dy_sq[at] = m.dy_sq[channel];
+                    }
+                }
+            });
         p
     }
 
-    /// Visits every pixel with its means, and the variances of the means in place of the squares.
-    fn moments(&self, halves: Halves, mut visit: impl FnMut(usize, &HalfPixel)) {
+    /// A pixel's means, and the variances of the means in place of the squares.
+    #[inline]
+    fn moments(&self, halves: Halves, pixel: &Pixel) -> HalfPixel {
         let n = self.count(halves) as f32;
-        if n == 0.0 {
-            return;
-        }
         // Of a mean over n samples; one sample alone says nothing.
         let variance = |sum_sq: Vec3, mean_sq: Vec3| {
             if n > 1.0 {
@@ -313,32 +340,29 @@ impl Film {
                 Vec3::INFINITY
             }
         };
-        self.for_each(|index, pixel| {
-            let mut sum = HalfPixel::default();
-            for half in &pixel.halves[halves.range()] {
-                sum.primal += half.primal;
-                sum.dx += half.dx;
-                sum.dy += half.dy;
-                sum.primal_sq += half.primal_sq;
-                sum.dx_sq += half.dx_sq;
-                sum.dy_sq += half.dy_sq;
-            }
-            let (primal, dx, dy) = (sum.primal / n, sum.dx / n, sum.dy / n);
-            // A difference has two parts, of which the squares are summed one by one. Their covariance is
-            // left out: they share the position inside the pixel, so the true variance is up to
-            // twice this, or less where both shifts are dead. With means a and b, (a + b)²/2 is at most
-            // what is to be subtracted, a² + b².
-            let moments = HalfPixel {
-                primal,
-                dx,
-                dy,
-                primal_sq: variance(sum.primal_sq, primal * primal),
-                dx_sq: variance(sum.dx_sq, dx * dx * 0.5),
-                dy_sq: variance(sum.dy_sq, dy * dy * 0.5),
-                direct: Vec3::ZERO,
-            };
-            visit(index, &moments);
-        });
+        let mut sum = HalfPixel::default();
+        for half in &pixel.halves[halves.range()] {
+            sum.primal += half.primal;
+            sum.dx += half.dx;
+            sum.dy += half.dy;
+            sum.primal_sq += half.primal_sq;
+            sum.dx_sq += half.dx_sq;
+            sum.dy_sq += half.dy_sq;
+        }
+        let (primal, dx, dy) = (sum.primal / n, sum.dx / n, sum.dy / n);
+        // A difference has two parts, of which the squares are summed one by one. Their covariance is
+        // left out: they share the position inside the pixel, so the true variance is up to twice this,
+        // or less where both shifts are dead. With means a and b, (a + b)²/2 is at most what is to be
+        // subtracted, a² + b².
+        HalfPixel {
+            primal,
+            dx,
+            dy,
+            primal_sq: variance(sum.primal_sq, primal * primal),
+            dx_sq: variance(sum.dx_sq, dx * dx * 0.5),
+            dy_sq: variance(sum.dy_sq, dy * dy * 0.5),
+            direct: Vec3::ZERO,
+        }
     }
 
     /// Light seen directly, with a radiance of its own or from the environment ("very direct"): the mean

@@ -50,6 +50,8 @@ fn an_exr_has_all_layers_and_the_settings() {
         "6",
         "--seed",
         "3",
+        "--reconstruct",
+        "l2",
         "--stats",
         stats.to_str().unwrap(),
         "--preview",
@@ -84,6 +86,9 @@ fn an_exr_has_all_layers_and_the_settings() {
         "primal_variance",
         "dx_variance",
         "dy_variance",
+        "error",
+        "half_a.primal",
+        "half_a.dy_variance",
     ] {
         for c in ["R", "G", "B"] {
             assert!(names.contains(&format!("{layer}.{c}")), "{layer}.{c}");
@@ -149,12 +154,13 @@ fn path_tracing_has_no_gradient_layers() {
 fn every_reconstruction_backend_and_weight_renders() {
     let folder = TempDir::new().unwrap();
     for flags in [
+        ["--reconstruct", "weighted"],
         ["--reconstruct", "l1"],
         ["--reconstruct", "none"],
         ["--backend", "bvh"],
         ["--weights", "symmetric"],
         ["--filter", "box"],
-        ["--alpha", "0.1"],
+        ["--alpha", "auto"],
     ] {
         let all = [&flags[..], &["--spp", "4", "--quiet"]].concat();
         let result = gdpt(folder.path(), "a.exr", &all);

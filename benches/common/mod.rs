@@ -11,6 +11,11 @@ use std::path::Path;
 
 /// A shipped scene.
 pub fn shipped(name: &str) -> Scene {
+    shipped_at(name, 256, 256)
+}
+
+/// A shipped scene at another size.
+pub fn shipped_at(name: &str, width: u32, height: u32) -> Scene {
     let path = format!("scenes/{name}.obj");
     let path = Path::new(&path);
     let mut warnings = Warnings::new(true);
@@ -18,7 +23,7 @@ pub fn shipped(name: &str) -> Scene {
     let toml = sidecar::load(path).expect("a shipped scene");
     let settings = SceneSettings {
         camera: toml.camera,
-        size: (256, 256),
+        size: (width, height),
         environment: toml.environment.radiance.map(Vec3::from),
         roughness_threshold: 0.001,
     };

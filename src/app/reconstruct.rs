@@ -163,11 +163,12 @@ fn own_file(path: &Path) -> Result<Input> {
         let message = "is no file that gdpt render wrote; use --primal, --dx and --dy";
         return Err(Error::input(path, None, message));
     };
+    // Of one sample there is none, which the file has as infinite.
     let variance = |layer: &str, known: bool| {
         if known {
             image(&file, path, layer)
         } else {
-            Ok(Image::new(file.size.0, file.size.1))
+            Ok(unknown(file.size))
         }
     };
     let estimate = |prefix: &str, known| -> Result<Estimate> {
@@ -215,6 +216,15 @@ fn own_file(path: &Path) -> Result<Input> {
     })
 }
 
+/// A variance that is not known.
+fn unknown((width, height): (usize, usize)) -> Image {
+    Image {
+        width,
+        height,
+        channels: [(); 3].map(|()| vec![f32::INFINITY; width * height]),
+    }
+}
+
 /// The mean of half B from the mean of all samples and of half A.
 fn other_mean(all: &Image, a: &Image, [na, nb]: [u64; 2]) -> Image {
     combine(all, a, |all, a| {
@@ -245,11 +255,14 @@ fn rest_of(all: &Estimate, a: &Estimate, samples: [u64; 2]) -> Estimate {
         combine(variance, mean, |v, m| n * (v * (n - 1.0) + share * m * m))
     };
     let variance = |all: (&Image, &Image), a: (&Image, &Image), b: &Image, share: f64| {
+        if samples[1] < 2 {
+            return unknown((b.width, b.height));
+        }
         let all = squares(all.0, all.1, n, share);
         let a = squares(a.0, a.1, na, share);
         let sum = combine(&all, &a, |all, a| all - a);
         combine(&sum, b, |sum, m| {
-            ((sum / nb - share * m * m) / (nb - 1.0).max(1.0)).max(0.0)
+            ((sum / nb - share * m * m) / (nb - 1.0)).max(0.0)
         })
     };
     let primal = other_mean(&all.primal, &a.primal, samples);
