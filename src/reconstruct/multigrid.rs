@@ -2,11 +2,13 @@
 //! pixel: the preconditioner of the conjugate gradients.
 //!
 //! Each level has cells of twice the side. A coarse cell's pixel weight is the sum of its cells', a coarse
-//! difference's weight half the sum of those that it crosses: half, since it spans twice the distance.
-//! Values go up and down bilinearly, with one weighted Jacobi step before and one after on the way. On
-//! renders 8 such cycles do what 100 and more preconditionings by the cosine transform do
-//! (`gdpt` measured both; the weights span many orders of magnitude, which one frequency response cannot
-//! follow).
+//! difference's weight a share of the sum of those that it crosses. Values go up and down bilinearly, with
+//! one weighted Jacobi step before and one after on the way.
+//!
+//! Why not the cosine transform as the preconditioner: the weights span many orders of magnitude, which
+//! one frequency response cannot follow. At 64 samples and 256x256, 60 steps with it left a squared error
+//! of 0.002 (cornell), 0.02 (glossy) and 0.7 (ajar) of the picture's own noise; multigrid was there after
+//! 10, 3 and 1 (a prototype's figures, one channel). A transform costs three cycles.
 
 use rayon::prelude::*;
 
@@ -14,6 +16,9 @@ use rayon::prelude::*;
 pub(super) const ROWS: usize = 16;
 /// Step of the Jacobi method. Below 1, so that a cycle is positive definite, as conjugate gradients need.
 const DAMPING: f32 = 0.8;
+/// A coarse difference spans twice the distance, so half the sum of the weights is right where they are
+/// all the same. Where they vary somewhat more needs fewer steps: at 1920x1080 about a third.
+const CROSSING_SHARE: f32 = 0.6;
 
 /// The operator v + Dᵀ w D on one grid.
 pub(super) struct Operator {
@@ -160,8 +165,8 @@ impl Operator {
             out
         };
         let v = gather(&self.v, 1.0, (false, false));
-        let wx = gather(&self.wx, 0.5, (true, false));
-        let wy = gather(&self.wy, 0.5, (false, true));
+        let wx = gather(&self.wx, CROSSING_SHARE, (true, false));
+        let wy = gather(&self.wy, CROSSING_SHARE, (false, true));
         Self::new(width, v, wx, wy)
     }
 }
