@@ -1,16 +1,16 @@
-//! Smoothing of variances: a blur of three boxes one after the other, nearly a Gaussian, at a cost that
-//! does not grow with its radius.
+//! Smoothing of variances: a blur of two boxes one after the other, at a cost that does not grow with its
+//! radius.
 
 use rayon::prelude::*;
 
-const BOXES: usize = 3;
+const BOXES: usize = 2;
 
 /// Blurs rows of `width` values with a standard deviation of about `sigma` pixels, reflecting at the
 /// borders. The sum is kept.
 pub(super) fn blur(data: &mut Vec<f32>, width: usize, sigma: f32) {
     let height = data.len() / width;
-    // The variance of three boxes of side 2r + 1 is ((2r + 1)² − 1)/4.
-    let radius = ((((4.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as usize).max(1);
+    // The variance of two boxes of side 2r + 1 is ((2r + 1)² − 1)/6.
+    let radius = ((((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as usize).max(1);
     along_rows(data, width, radius);
     let mut columns = super::dct::transpose(data, width, height);
     along_rows(&mut columns, height, radius);

@@ -33,6 +33,11 @@ impl ScreenedPoisson {
         }
     }
 
+    /// Columns and rows of the grid.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
     /// Solves in place. Where the operator is 0 (the mean, without a screen) the result is 0.
     pub(super) fn solve(&self, data: &mut Vec<f32>, screen: f32, smooth: f32) {
         let (w, h) = (self.width, self.height);

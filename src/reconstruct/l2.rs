@@ -11,28 +11,34 @@ use rayon::prelude::*;
 pub fn solve(problem: &Problem, alpha: f32) -> Image {
     let (width, height) = (problem.primal.width, problem.primal.height);
     let solver = ScreenedPoisson::new(width, height);
-    let screen = alpha * alpha;
     let channels = std::array::from_fn(|c| {
-        let primal = &problem.primal.channels[c];
-        let mut x = divergence(
-            (width, height),
-            &problem.dx.channels[c],
-            &problem.dy.channels[c],
-        );
-        // Solve for the correction to the primal's mean: keeps the transform's rounding away from it.
-        let mean = primal.iter().map(|&p| f64::from(p)).sum::<f64>() / primal.len().max(1) as f64;
-        x.iter_mut()
-            .zip(primal)
-            .for_each(|(x, p)| *x += screen * (p - mean as f32));
-        solver.solve(&mut x, screen, 1.0);
-        x.iter_mut().for_each(|x| *x += mean as f32);
-        x
+        let [primal, dx, dy] = [problem.primal, problem.dx, problem.dy].map(|i| &i.channels[c][..]);
+        channel(&solver, primal, (dx, dy), alpha)
     });
     Image {
         width,
         height,
         channels,
     }
+}
+
+/// One channel of [`solve`].
+pub(super) fn channel(
+    solver: &ScreenedPoisson,
+    primal: &[f32],
+    (dx, dy): (&[f32], &[f32]),
+    alpha: f32,
+) -> Vec<f32> {
+    let screen = alpha * alpha;
+    let mut x = divergence(solver.size(), dx, dy);
+    // Solve for the correction to the primal's mean: keeps the transform's rounding away from it.
+    let mean = primal.iter().map(|&p| f64::from(p)).sum::<f64>() / primal.len().max(1) as f64;
+    x.iter_mut()
+        .zip(primal)
+        .for_each(|(x, p)| *x += screen * (p - mean as f32));
+    solver.solve(&mut x, screen, 1.0);
+    x.iter_mut().for_each(|x| *x += mean as f32);
+    x
 }
 
 /// Dᵀ G: what differences contribute to the right side of the normal equations.

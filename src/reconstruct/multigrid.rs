@@ -270,7 +270,7 @@ fn cycle(
 #[inline]
 fn neighbours(fine: usize, coarse_len: usize) -> (usize, usize) {
     let own = fine / 2;
-    let other = if fine % 2 == 0 {
+    let other = if fine.is_multiple_of(2) {
         own.saturating_sub(1)
     } else {
         (own + 1).min(coarse_len - 1)

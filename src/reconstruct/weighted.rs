@@ -9,8 +9,9 @@
 
 use super::blur::blur;
 use super::conjugate_gradient::Solver;
+use super::dct::ScreenedPoisson;
 use super::multigrid::Operator;
-use super::{Solution, Source};
+use super::{PAPER_ALPHA, Solution, Source, l2};
 use crate::estimate::Planes;
 use crate::image::Image;
 
@@ -24,6 +25,8 @@ const DISAGREEMENT: f32 = 0.125;
 /// No variance is taken to be less than this share of the mean: where nothing was seen to vary, there
 /// may still be what has not been seen.
 const FLOOR: f32 = 1e-2;
+/// No variance is taken to be less than this share of the primal's mean variance.
+const LEAST_SHARE: f32 = 1e-5;
 /// Accuracy of the solve. On the shipped scenes what is left is a hundredth (256x256) to a twentieth
 /// (1920x1080) of the picture's own noise, as squares.
 const TOLERANCE: f64 = 1.5e-3;
@@ -34,6 +37,7 @@ pub(super) const LEAST_SAMPLES: u64 = 2;
 pub(super) fn solve(source: &Source) -> ([Image; 2], Solution) {
     let (width, height) = source.size;
     let mut pictures = [(); 2].map(|()| Image::new(width, height));
+    let poisson = ScreenedPoisson::new(width, height);
     let mut ended = Solution::default();
     for channel in 0..3 {
         let mut halves = [0, 1].map(|half| (source.planes)(half, channel));
@@ -45,7 +49,8 @@ pub(super) fn solve(source: &Source) -> ([Image; 2], Solution) {
             let operator = operator(&halves[weights], (&disagree_x, &disagree_y), width);
             let Planes { primal, dx, dy, .. } = &halves[values];
             let picture = &mut pictures[values].channels[channel];
-            picture.copy_from_slice(primal);
+            // L2 has the low frequencies nearly right, which take the most steps.
+            *picture = l2::channel(&poisson, primal, (dx, dy), PAPER_ALPHA);
             let solution = Solver::new(operator).solve(primal, (dx, dy), picture, TOLERANCE);
             ended.iterations += solution.iterations;
             ended.residual = ended.residual.max(solution.residual);
@@ -93,8 +98,8 @@ fn operator(half: &Planes, (disagree_x, disagree_y): (&[f32], &[f32]), width: us
         .find(|&m| m > 0.0)
         .unwrap_or(1.0);
     for w in [&mut v, &mut wx, &mut wy] {
-        // Where nothing varies at all, no difference counts for more than another.
-        let floor = (FLOOR * mean(w)).max(1e-12 * unit);
+        // Weights beyond this would drown the others in the rounding of 32-bit floats.
+        let floor = (FLOOR * mean(w)).max(LEAST_SHARE * unit);
         w.iter_mut().for_each(|w| *w = unit / (*w + floor));
     }
     Operator::new(width, v, wx, wy)
