@@ -178,9 +178,9 @@ fn an_outlier_stays_where_it_is() {
     let truth = picture(width, height);
     let mut halves = halves(&truth, width, &|_| (0.1, 0.02), 3);
     let clean = solve(&halves, width, Method::Weighted).picture;
-    for channel in 0..3 {
-        halves[0][channel].dx[20 * width + 20] += 100.0;
-        halves[0][channel].dy[10 * width + 30] -= 100.0;
+    for planes in &mut halves[0] {
+        planes.dx[20 * width + 20] += 100.0;
+        planes.dy[10 * width + 30] -= 100.0;
     }
     let change = |method| {
         let picture = solve(&halves, width, method).picture;
