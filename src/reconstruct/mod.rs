@@ -106,17 +106,17 @@ impl Source<'_> {
     }
 
     fn images(&self, half: usize) -> Images {
-        let planes = [0, 1, 2].map(|channel| (self.planes)(half, channel));
+        let [r, g, b] = [0, 1, 2].map(|channel| (self.planes)(half, channel));
         let (width, height) = self.size;
-        let image = |plane: fn(&Planes) -> &Vec<f32>| Image {
+        let image = |channels| Image {
             width,
             height,
-            channels: [0, 1, 2].map(|c| plane(&planes[c]).clone()),
+            channels,
         };
         Images {
-            primal: image(|p| &p.primal),
-            dx: image(|p| &p.dx),
-            dy: image(|p| &p.dy),
+            primal: image([r.primal, g.primal, b.primal]),
+            dx: image([r.dx, g.dx, b.dx]),
+            dy: image([r.dy, g.dy, b.dy]),
         }
     }
 
@@ -167,17 +167,18 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         }
         method => method,
     };
-    let solve = |images: &Images| match method {
-        Method::L2(alpha) => {
-            let picture = l2::solve(&images.problem(), source.alpha(alpha));
-            (picture, Solution::default())
-        }
-        Method::L1(alpha) => l1::solve(&images.problem(), source.alpha(alpha)),
-        Method::Primal | Method::Weighted => (images.primal.clone(), Solution::default()),
+    let alpha = match method {
+        Method::L2(alpha) | Method::L1(alpha) => source.alpha(alpha),
+        Method::Weighted | Method::Primal => 0.0,
+    };
+    let solve = |images: Images| match method {
+        Method::L2(_) => (l2::solve(&images.problem(), alpha), Solution::default()),
+        Method::L1(_) => l1::solve(&images.problem(), alpha),
+        Method::Primal | Method::Weighted => (images.primal, Solution::default()),
     };
     if !source.has_halves() {
         let half = usize::from(source.samples[0] == 0);
-        let (picture, solution) = solve(&source.images(half));
+        let (picture, solution) = solve(source.images(half));
         return Reconstruction {
             picture,
             halves: None,
@@ -187,7 +188,7 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
     let (halves, solution) = match method {
         Method::Weighted => weighted::solve(source),
         Method::L2(_) | Method::L1(_) | Method::Primal => {
-            let halves = [0, 1].map(|half| solve(&source.images(half)).0);
+            let halves = [0, 1].map(|half| solve(source.images(half)).0);
             (halves, Solution::default())
         }
     };
@@ -195,7 +196,7 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
     let (picture, solution) = match method {
         Method::L1(_) => {
             let [a, b] = [0, 1].map(|half| source.images(half));
-            solve(&Images {
+            solve(Images {
                 primal: source.merge(&[a.primal, b.primal]),
                 dx: source.merge(&[a.dx, b.dx]),
                 dy: source.merge(&[a.dy, b.dy]),

@@ -14,6 +14,7 @@ use super::multigrid::Operator;
 use super::{PAPER_ALPHA, Solution, Source, l2};
 use crate::estimate::Planes;
 use crate::image::Image;
+use rayon::prelude::*;
 
 /// Variances are smoothed at two scales, in pixels, and averaged: the fine one follows shadows' edges, the
 /// coarse one knows of rare events that a pixel may have missed. Of 2 to 12 each and their pairs this had
@@ -62,7 +63,7 @@ pub(super) fn solve(source: &Source) -> ([Image; 2], Solution) {
 /// What the halves' disagreement adds to the variances of dx and dy.
 fn disagreement([a, b]: &[Planes; 2]) -> [Vec<f32>; 2] {
     [(&a.dx, &b.dx), (&a.dy, &b.dy)].map(|(a, b)| {
-        let squared = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
+        let squared = a.par_iter().zip(b).map(|(a, b)| (a - b) * (a - b));
         squared.map(|d| DISAGREEMENT * d).collect()
     })
 }
@@ -88,7 +89,9 @@ fn operator(half: &Planes, (disagree_x, disagree_y): (&[f32], &[f32]), width: us
     let mut v = smoothed(&half.primal_variance, width);
     let mut wx = smoothed(&half.dx_variance, width);
     let mut wy = smoothed(&half.dy_variance, width);
-    let add = |w: &mut [f32], d: &[f32]| w.iter_mut().zip(d).for_each(|(w, d)| *w += d);
+    let add = |w: &mut [f32], d: &[f32]| {
+        w.par_iter_mut().zip(d).for_each(|(w, d)| *w += d);
+    };
     add(&mut wx, disagree_x);
     add(&mut wy, disagree_y);
     // In units of the primal's variance, so that the weights are of order 1 for any scene.
@@ -100,7 +103,7 @@ fn operator(half: &Planes, (disagree_x, disagree_y): (&[f32], &[f32]), width: us
     for w in [&mut v, &mut wx, &mut wy] {
         // Weights beyond this would drown the others in the rounding of 32-bit floats.
         let floor = (FLOOR * mean(w)).max(LEAST_SHARE * unit);
-        w.iter_mut().for_each(|w| *w = unit / (*w + floor));
+        w.par_iter_mut().for_each(|w| *w = unit / (*w + floor));
     }
     Operator::new(width, v, wx, wy)
 }
@@ -109,13 +112,15 @@ fn smoothed(variance: &[f32], width: usize) -> Vec<f32> {
     let [mut fine, mut coarse] = [variance.to_vec(), variance.to_vec()];
     blur(&mut fine, width, SMOOTHING[0]);
     blur(&mut coarse, width, SMOOTHING[1]);
-    fine.iter_mut()
+    fine.par_iter_mut()
         .zip(coarse)
         .for_each(|(f, c)| *f = 0.5 * (*f + c));
     fine
 }
 
 fn mean(values: &[f32]) -> f32 {
-    let sum: f64 = values.iter().map(|&v| f64::from(v)).sum();
-    (sum / values.len().max(1) as f64) as f32
+    // In parts, whose order does not depend on the number of threads.
+    let part = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
+    let parts: Vec<f64> = values.par_chunks(1 << 14).map(part).collect();
+    (parts.iter().sum::<f64>() / values.len().max(1) as f64) as f32
 }
