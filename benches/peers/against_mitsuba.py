@@ -5,6 +5,9 @@
     cargo build --release
     python3 benches/peers/against_mitsuba.py scenes/cornell.obj [--spp 64] [--depth 12] [--size 256x256] [--runs 3]
 
+Mitsuba's llvm variant needs an LLVM that knows the processor; on Debian 12 with AVX-512 that is libllvm19, named by
+DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM-19.so.
+
 Mitsuba gets the same triangles, materials, light, camera, depth and box filter; its path integrator has light
 sampling and BSDF sampling under MIS, as `gdpt render --method pt` has. Roulette begins at depth 5 there, at
 vertex 4 here. Errors are relMSE against two independent gdpt references (method of differences: the references' own
