@@ -8,7 +8,7 @@
 //! Why not the cosine transform as the preconditioner: the weights span many orders of magnitude, which
 //! one frequency response cannot follow. At 64 samples and 256x256, 60 steps with it left a squared error
 //! of 0.002 (cornell), 0.02 (glossy) and 0.7 (ajar) of the picture's own noise; multigrid was there after
-//! 10, 3 and 1 (a prototype's figures, one channel). A transform costs three cycles.
+//! 10, 3 and 1 (a prototype's figures, one channel). A step of either costs about the same.
 
 use rayon::prelude::*;
 
@@ -17,7 +17,8 @@ pub(super) const ROWS: usize = 16;
 /// Step of the Jacobi method. Below 1, so that a cycle is positive definite, as conjugate gradients need.
 const DAMPING: f32 = 0.8;
 /// A coarse difference spans twice the distance, so half the sum of the weights is right where they are
-/// all the same. Where they vary somewhat more needs fewer steps: at 1920x1080 about a third.
+/// all the same. With somewhat more the tolerance is met sooner: at 1920x1080 (cornell, 8 samples) after
+/// 55 instead of 166 steps, the error left being 0.033 instead of 0.010 of the primal's.
 const CROSSING_SHARE: f32 = 0.6;
 
 /// The operator v + Dᵀ w D on one grid.

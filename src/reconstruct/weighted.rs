@@ -28,8 +28,8 @@ const DISAGREEMENT: f32 = 0.125;
 const FLOOR: f32 = 1e-2;
 /// No variance is taken to be less than this share of the primal's mean variance.
 const LEAST_SHARE: f32 = 1e-5;
-/// Accuracy of the solve. On the shipped scenes what is left is a hundredth (256x256) to a twentieth
-/// (1920x1080) of the picture's own noise, as squares.
+/// Accuracy of the solve. As squares, what is left is about a hundredth of the picture's own noise
+/// (cornell at 256x256 and at 1920x1080), a tenth where light is rare (ajar).
 const TOLERANCE: f64 = 1.5e-3;
 /// Fewer samples in a half do not tell a variance.
 pub(super) const LEAST_SAMPLES: u64 = 2;
