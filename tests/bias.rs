@@ -107,10 +107,10 @@ fn measure(scene: &Scene, tracer: &dyn Traverse, spp: u64) -> [Bias; 2] {
     })
 }
 
-/// Ten minutes of rendering: run it after a change of the weights, with `--ignored --nocapture`, for the
+/// Five minutes of rendering: run it after a change of the weights, with `--ignored --nocapture`, for the
 /// table and for the promise that bias is the smaller part of the error and falls with samples.
 #[test]
-#[ignore = "takes ten minutes"]
+#[ignore = "takes five minutes"]
 fn weighted_is_nearly_unbiased() {
     println!("scene    spp method    overall    worst region  squared bias / variance");
     for name in ["cornell", "glossy", "mirrors", "ajar", "caustic", "corner"] {

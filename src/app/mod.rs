@@ -21,6 +21,32 @@ pub enum Ended {
     Interrupted,
 }
 
+/// What a picture is written as, by the file's extension.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Png,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        match path
+            .extension()
+            .and_then(|e| e.to_str())
+            .map(str::to_ascii_lowercase)
+            .as_deref()
+        {
+            Some("exr") => Ok(Format::Exr),
+            Some("png") => Ok(Format::Png),
+            _ => Err(Error::input(
+                path,
+                None,
+                "the extension must be .exr or .png",
+            )),
+        }
+    }
+}
+
 /// What flags say of the scene. They win over the TOML.
 struct SceneFlags {
     camera: CameraTable,

@@ -1,14 +1,15 @@
 //! `gdpt reconstruct` from files to files.
 
 use super::picture::{self, Direct};
-use super::{Ended, HALF_A, thread_pool};
+use super::{Ended, Format, HALF_A, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
 use crate::image::Image;
 use crate::load::exr::{self, ExrFile};
-use crate::output::{self, exr::Layers, png};
-use crate::reconstruct::{Alpha, Source};
+use crate::output::{self, exr::Layers, png, stats::solving};
+use crate::progress::Reporter;
+use crate::reconstruct::{Alpha, Solution, Source};
 use std::io::Write;
 use std::path::Path;
 
@@ -30,14 +31,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     for input in inputs.into_iter().flatten() {
         output::check_outputs(input, &[&args.output])?;
     }
-    let to_png = match args.output.extension().and_then(|e| e.to_str()) {
-        Some(e) if e.eq_ignore_ascii_case("exr") => false,
-        Some(e) if e.eq_ignore_ascii_case("png") => true,
-        _ => {
-            let message = "the extension must be .exr or .png";
-            return Err(Error::input(&args.output, None, message));
-        }
-    };
+    let format = Format::of(&args.output)?;
     let pool = thread_pool(args.threads)?;
     let mut input = match (&args.input, &args.primal, &args.dx, &args.dy) {
         (Some(path), ..) => own_file(path)?,
@@ -67,6 +61,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     }
     let mut warnings = Warnings::new(false);
     let method = picture::method(reconstruct, args.alpha, &mut warnings)?;
+    Reporter::new(args.quiet).warnings(warnings.list());
 
     // Picture.
     let Input {
@@ -93,43 +88,36 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     let made = pool.install(|| picture::make(method, &source, direct));
 
     // File.
-    if to_png {
-        png::write(&args.output, &made.image, args.exposure)?;
-    } else {
-        let mut layers = Layers::default();
-        layers.picture(&made.image);
-        if let Some(error) = &made.error {
-            layers.colour("error", &error.standard);
-        }
-        let replaced =
-            |name: &str| ["R", "G", "B", "A"].contains(&name) || name.starts_with("error.");
-        for (name, values) in std::mem::take(&mut rest.channels) {
-            if !replaced(&name) {
-                layers.channel(&name, values);
+    match format {
+        Format::Png => png::write(&args.output, &made.image, args.exposure)?,
+        Format::Exr => {
+            let mut layers = Layers::default();
+            layers.picture(&made.image);
+            if let Some(error) = &made.error {
+                layers.colour("error", &error.standard);
             }
+            let replaced =
+                |name: &str| ["R", "G", "B", "A"].contains(&name) || name.starts_with("error.");
+            for (name, values) in std::mem::take(&mut rest.channels) {
+                if !replaced(&name) {
+                    layers.channel(&name, values);
+                }
+            }
+            let (name, alpha) = picture::describe(method);
+            rest.texts.insert("gdpt.reconstruct".into(), name.into());
+            rest.texts.insert("gdpt.alpha".into(), alpha);
+            for (name, value) in rest.texts.iter().filter(|(_, value)| !value.is_empty()) {
+                layers.attribute(name, value.clone());
+            }
+            layers.write(&args.output, width, height)?;
         }
-        let (name, alpha) = picture::describe(method);
-        rest.texts.insert("gdpt.reconstruct".into(), name.into());
-        rest.texts.insert("gdpt.alpha".into(), alpha);
-        for (name, value) in rest.texts.iter().filter(|(_, value)| !value.is_empty()) {
-            layers.attribute(name, value.clone());
-        }
-        layers.write(&args.output, width, height)?;
     }
     if !args.quiet {
-        let mut text: String = warnings
-            .list()
-            .iter()
-            .map(|w| format!("warning: {w}\n"))
-            .collect();
-        text += &format!("{:.2} s solving", made.seconds);
-        if made.solution.iterations > 0 {
-            let s = made.solution;
-            text += &format!(
-                " ({} iterations, residual {:.1e})",
-                s.iterations, s.residual
-            );
-        }
+        let Solution {
+            iterations,
+            residual,
+        } = made.solution;
+        let mut text = solving(made.seconds, iterations, residual);
         if let Some(error) = &made.error {
             text += &format!("\nestimated relMSE {:.2e}", error.rel_mse);
         }

@@ -1,7 +1,7 @@
 //! `gdpt render` from flags to files.
 
 use super::picture::{self, Direct, Picture};
-use super::{Ended, HALF_A, SceneFlags, load_scene, thread_pool};
+use super::{Ended, Format, HALF_A, SceneFlags, load_scene, thread_pool};
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Film, FirstHits, Halves};
@@ -69,12 +69,12 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         limits,
     };
     reporter.start(&limits);
-    let mut check = error_check(args, method);
+    let mut check = ErrorCheck::new(args.error);
     let mut ask = |film: &Film| {
         if stop() {
             Some(Ending::Interrupted)
         } else {
-            check(film).then_some(Ending::Error)
+            check.reached(film, method).then_some(Ending::Error)
         }
     };
     let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
@@ -101,7 +101,11 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     reporter.warnings(&warnings.list()[seen..]);
 
     // Picture.
-    let picture = pool.install(|| picture_of(&film, method));
+    let picture = match check.last {
+        // The film has not changed since.
+        Some(picture) if outcome.ended == Ending::Error => picture,
+        _ => pool.install(|| picture_of(&film, method)),
+    };
 
     // Files.
     let mut stats = Stats {
@@ -146,31 +150,6 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     } else {
         Ended::Done
     })
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Exr,
-    Png,
-}
-
-impl Format {
-    fn of(path: &Path) -> Result<Self> {
-        match path
-            .extension()
-            .and_then(|e| e.to_str())
-            .map(str::to_ascii_lowercase)
-            .as_deref()
-        {
-            Some("exr") => Ok(Format::Exr),
-            Some("png") => Ok(Format::Png),
-            _ => Err(Error::input(
-                path,
-                None,
-                "the extension must be .exr or .png",
-            )),
-        }
-    }
 }
 
 fn check_limits(args: &RenderArgs) -> Result<Limits> {
@@ -244,20 +223,31 @@ fn picture_of(film: &Film, method: reconstruct::Method) -> Picture {
 
 /// Whether the error is small enough for `--error`: asked after every pass, answered by a solve whenever
 /// the samples may suffice. As it goes down as one over the samples or faster, the next time is known.
-fn error_check(
-    args: &RenderArgs,
-    method: reconstruct::Method,
-) -> impl FnMut(&Film) -> bool + Send + use<> {
-    let target = args.error;
-    let mut next = FIRST_CHECK;
-    move |film| {
+struct ErrorCheck {
+    target: Option<f64>,
+    next: u64,
+    /// The picture of the last solve.
+    last: Option<Picture>,
+}
+
+impl ErrorCheck {
+    fn new(target: Option<f64>) -> Self {
+        Self {
+            target,
+            next: FIRST_CHECK,
+            last: None,
+        }
+    }
+
+    fn reached(&mut self, film: &Film, method: reconstruct::Method) -> bool {
         let done = film.count(Halves::Both);
-        let Some(target) = target.filter(|_| done >= next) else {
+        let Some(target) = self.target.filter(|_| done >= self.next) else {
             return false;
         };
-        let error = picture_of(film, method).error;
-        let missing = error.map_or(f64::INFINITY, |e| e.rel_mse) / target;
-        next = (done as f64 * missing.clamp(1.1, 2.0)) as u64;
+        let picture = self.last.insert(picture_of(film, method));
+        let error = picture.error.as_ref().map_or(f64::INFINITY, |e| e.rel_mse);
+        let missing = error / target;
+        self.next = (done as f64 * missing.clamp(1.1, 2.0)) as u64;
         missing <= 1.0
     }
 }

@@ -88,21 +88,19 @@ impl Stats {
     pub fn summary(&self) -> String {
         let rays: u64 = self.rays.values().sum();
         let mut text = format!(
-            "{} samples per pixel, {}x{}: {:.2} s tracing ({:.1} Mray, {:.1} Mray/s), {:.2} s solving",
+            "{} samples per pixel, {}x{}: {:.2} s tracing ({:.1} Mray, {:.1} Mray/s), {}",
             self.samples,
             self.width,
             self.height,
             self.seconds_tracing,
             rays as f64 / 1e6,
             self.mrays_per_second,
-            self.seconds_solving,
+            solving(
+                self.seconds_solving,
+                self.solver_iterations,
+                self.solver_residual
+            ),
         );
-        if self.solver_iterations > 0 {
-            text += &format!(
-                " ({} iterations, residual {:.1e})",
-                self.solver_iterations, self.solver_residual
-            );
-        }
         if let Some(error) = self.estimated_rel_mse {
             text += &format!("\nestimated relMSE {error:.2e}");
         }
@@ -119,4 +117,13 @@ impl Stats {
         text += &format!("\n{} samples dropped", self.dropped);
         text
     }
+}
+
+/// What the summary says of a solve.
+pub fn solving(seconds: f64, iterations: usize, residual: f64) -> String {
+    let mut text = format!("{seconds:.2} s solving");
+    if iterations > 0 {
+        text += &format!(" ({iterations} iterations, residual {residual:.1e})");
+    }
+    text
 }

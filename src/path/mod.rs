@@ -130,6 +130,7 @@ struct Share<const N: usize> {
 }
 
 /// Paths at one vertex, with the buffers for their next steps.
+#[derive(Default)]
 struct Wavefront<const N: usize> {
     paths: Vec<BasePath<N>>,
     /// Primary hits of the tile and, with offset paths, of a border of one pixel.
@@ -146,25 +147,6 @@ struct Wavefront<const N: usize> {
     shadow: AnyBatch,
     reconnection: AnyBatch,
     counts: Counts,
-}
-
-impl<const N: usize> Default for Wavefront<N> {
-    fn default() -> Self {
-        Self {
-            paths: Vec::new(),
-            ends: Vec::new(),
-            numbers: Vec::new(),
-            light_paths: Vec::new(),
-            bounces: Vec::new(),
-            samples: Vec::new(),
-            primary: ClosestBatch::default(),
-            bounce: ClosestBatch::default(),
-            continuation: ClosestBatch::default(),
-            shadow: AnyBatch::default(),
-            reconnection: AnyBatch::default(),
-            counts: Counts::default(),
-        }
-    }
 }
 
 /// What all steps of a tile read.
