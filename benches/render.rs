@@ -9,7 +9,7 @@ use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
-use gdpt::sampler::{Dimension, Sampler};
+use gdpt::sampler::{Dimension, Points, Sampler};
 use gdpt::scene::Scene;
 use gdpt::shift::{self, Joint};
 use gdpt::sums::TileSums;
@@ -21,6 +21,7 @@ use std::hint::black_box;
 const SETTINGS: PathSettings = PathSettings {
     depth: 12,
     seed: 0,
+    points: Points::Sobol,
     weights: Weights::Mis,
 };
 
@@ -87,7 +88,8 @@ fn parts(c: &mut Criterion) {
     group.bench_function("light sample", |b| {
         b.iter(|| {
             for (i, (x, _)) in pairs.iter().enumerate() {
-                let [a, b, c, _] = Sampler::for_pixel(0, i as u32, 0, 5).draw(Dimension::Light(1));
+                let [a, b, c, _] =
+                    Sampler::for_pixel(Points::Sobol, 0, i as u32, 0, 5).draw(Dimension::Light(1));
                 let light = scene.lights.sample([a, b, c]);
                 let seen = shift::solid_angle_per_area(x.position, light.position, light.ng);
                 black_box(seen.and_then(|(wi, _)| x.eval(&scene, wi)));

@@ -3,6 +3,7 @@
 use crate::gradient::Weights;
 use crate::reconstruct::Alpha;
 use crate::render::Method;
+use crate::sampler::Points;
 use crate::trace::Backend;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -24,6 +25,10 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Make the picture again from a render's file, or from primal and differences of another renderer
     Reconstruct(ReconstructArgs),
+    /// Measure how far an image is from one or two references
+    Compare(CompareArgs),
+    /// Chart error against time: every method, several times and seeds, against two references
+    Chart(ChartArgs),
     /// Compare ray-traversal backends on the rays of a scene's own render
     Bench(BenchArgs),
 }
@@ -125,6 +130,10 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
 
+    /// How the samples of a pixel are spread
+    #[arg(long, default_value = "sobol")]
+    pub sampler: Points,
+
     /// Number of threads [default: all]
     #[arg(long)]
     pub threads: Option<usize>,
@@ -193,6 +202,137 @@ pub struct RenderArgs {
     /// Print errors only
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// `gdpt chart`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Renders two independent references, then each method with each seed as one progressive render
+that is measured at 4, 8, 16... samples and when its time is over, making the picture included.
+Writes into the folder: chart.csv (all measurements), SCENE-seconds and SCENE-samples (.svg and
+.png), and report.html (one file: pictures side by side, errors, figures, gains). Finished runs
+are kept in its folder cache; the same command again renders only what is missing.
+
+Examples:
+  gdpt chart scene.obj -o charts
+  gdpt chart a.obj b.obj -o charts --time 30s --seeds 8 --methods pt,weighted
+  gdpt chart scene.obj -o charts --sampler independent --reference pt")]
+pub struct ChartArgs {
+    /// Scenes, as for `gdpt render`
+    #[arg(required = true, value_name = "SCENE.obj")]
+    pub scenes: Vec<PathBuf>,
+
+    /// Folder for all that is written
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// What to measure
+    #[arg(long, value_delimiter = ',', default_value = "pt,l2,l1,weighted")]
+    pub methods: Vec<ChartMethod>,
+
+    /// Weights of the two directions of a shift
+    #[arg(long, value_delimiter = ',', default_value = "mis")]
+    pub weights: Vec<Weights>,
+
+    /// Ray traversal
+    #[arg(long, value_delimiter = ',', default_value = Backend::DEFAULT.name())]
+    pub backends: Vec<Backend>,
+
+    /// Time of each run
+    #[arg(long, value_parser = duration, default_value = "8s")]
+    pub time: Duration,
+
+    /// Runs of each method, with seeds from 0 up
+    #[arg(long, default_value_t = 4)]
+    pub seeds: u64,
+
+    /// How the samples of a pixel are spread
+    #[arg(long, default_value = "sobol")]
+    pub sampler: Points,
+
+    /// Method of the references: gpt (with l2, which has no bias) or pt
+    #[arg(long, default_value = "gpt")]
+    pub reference: Method,
+
+    /// Time of each of the two references [default: 5 times that of a run]
+    #[arg(long, value_parser = duration)]
+    pub reference_time: Option<Duration>,
+
+    /// Weight of the primal against the gradients for l2 and l1: a number, or auto [default: 0.2]
+    #[arg(long, value_parser = alpha)]
+    pub alpha: Option<Alpha>,
+
+    /// Longest light path in segments
+    #[arg(long, default_value_t = 12)]
+    pub depth: u32,
+
+    /// Picture size in pixels [default: the scene's, or 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+
+    /// Number of threads [default: all]
+    #[arg(long)]
+    pub threads: Option<usize>,
+
+    /// Brighten the pictures of the report by this many stops
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+
+    /// Warnings are errors
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Print errors only
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// What a chart measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum ChartMethod {
+    /// Path tracing.
+    Pt,
+    /// Gradient-domain path tracing, reconstructed by L2.
+    L2,
+    /// The same by L1.
+    L1,
+    /// The same, weighted.
+    Weighted,
+}
+
+/// `gdpt compare`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+relMSE is the mean of the squared error over the square of the reference + 0.01; trimmed, it is
+without the worst 0.1 % of pixels. The noise of one reference counts as error. With two that are
+independent (other seeds) and of the same quality, it cancels: (image - ref 1)(image - ref 2) is
+an unbiased estimate of the squared error, and ± is the 95 % interval that the references' noise
+leaves, for this image. PSNR and SSIM are those of the pictures as PNG shows them (sRGB).
+
+Examples:
+  gdpt compare out.exr reference.exr
+  gdpt compare out.exr reference1.exr reference2.exr --json error.json --heatmap error.png")]
+pub struct CompareArgs {
+    /// The image: the channels R, G and B of an EXR file
+    #[arg(value_name = "IMAGE.exr")]
+    pub image: PathBuf,
+
+    /// What it should be
+    #[arg(value_name = "REF.exr")]
+    pub reference: PathBuf,
+
+    /// Another reference, independent of the first
+    #[arg(value_name = "REF2.exr")]
+    pub second: Option<PathBuf>,
+
+    /// Also write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Also write a picture of the relative squared errors: violet 1e-6 or less, green 1e-3, yellow 1 or
+    /// more
+    #[arg(long, value_name = "FILE.png")]
+    pub heatmap: Option<PathBuf>,
 }
 
 /// `gdpt reconstruct`

@@ -48,3 +48,27 @@ impl Image {
         self
     }
 }
+
+/// The sRGB transfer function, to a byte: below 0 and not a number are 0, above 1 is 255.
+pub fn to_srgb(linear: f32) -> u8 {
+    let x = linear.clamp(0.0, 1.0);
+    let encoded = if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_bytes() {
+        assert_eq!(
+            [0.0, 1.0, -1.0, f32::NAN, 9.0, 0.214_04].map(to_srgb),
+            [0, 255, 0, 0, 255, 127]
+        );
+    }
+}

@@ -24,11 +24,14 @@
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
+//! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
+//! | [`compare`] | How far an image is from references. | image |
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
-//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, scene, trace, gradient, path, film, render, output |
-//! | [`cli`] | The command line: definitions only. | trace, gradient, render, reconstruct |
+//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, scene, trace, gradient, path, film, render, output |
+//! | [`chart`] | Error against time of every method, and the report on it. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
+//! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, path, image, estimate, film, render, reconstruct, output, bench, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output, bench, chart, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -38,7 +41,9 @@
 pub mod app;
 pub mod bench;
 pub mod bsdf;
+pub mod chart;
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod film;
@@ -48,6 +53,7 @@ pub mod image;
 pub mod load;
 pub mod output;
 pub mod path;
+pub mod picture;
 pub mod progress;
 pub mod reconstruct;
 pub mod render;

@@ -30,9 +30,12 @@ fn main() -> ExitCode {
         eprintln!("warning: Ctrl-C will end at once, without a picture: {e}");
     }
 
+    let stop = || STOP.load(Ordering::SeqCst);
     let result = match Cli::parse().command {
-        Command::Render(args) => app::render::render(&args, &|| STOP.load(Ordering::SeqCst)),
+        Command::Render(args) => app::render::render(&args, &stop),
         Command::Reconstruct(args) => app::reconstruct::reconstruct(&args),
+        Command::Compare(args) => app::compare::compare(&args),
+        Command::Chart(args) => app::chart::chart(&args, &stop),
         Command::Bench(args) => app::bench::bench(&args),
     };
     match result {

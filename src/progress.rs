@@ -100,3 +100,66 @@ impl Reporter {
         }
     }
 }
+
+/// Progress through steps whose length in seconds is known beforehand: a bar on a terminal, a line for
+/// each step elsewhere.
+pub struct Steps {
+    quiet: bool,
+    bar: Option<ProgressBar>,
+    seconds: f64,
+}
+
+impl Steps {
+    /// Of `seconds` in all; silent but for errors if `quiet`.
+    pub fn new(quiet: bool, seconds: f64) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let length = (seconds * 10.0) as u64;
+            let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+            let style = "{bar:30} {percent}% {msg}";
+            bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
+            bar
+        });
+        if !quiet && bar.is_none() {
+            let _ = writeln!(std::io::stderr(), "this takes up to {seconds:.0} s");
+        }
+        Self {
+            quiet,
+            bar,
+            seconds,
+        }
+    }
+
+    /// A step begins.
+    pub fn begin(&mut self, step: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(format!("{step} ({:.0} s left)", self.seconds.max(0.0)));
+        } else if !self.quiet {
+            let _ = writeln!(std::io::stderr(), "{step}");
+        }
+    }
+
+    /// A step of so many seconds is done.
+    pub fn done(&mut self, seconds: f64) {
+        self.seconds -= seconds;
+        if let Some(bar) = &self.bar {
+            bar.inc((seconds * 10.0) as u64);
+        }
+    }
+
+    /// Prints warnings, a line each.
+    pub fn warnings(&self, list: &[String]) {
+        for warning in list.iter().filter(|_| !self.quiet) {
+            match &self.bar {
+                Some(bar) => bar.println(format!("warning: {warning}")),
+                None => _ = writeln!(std::io::stderr(), "warning: {warning}"),
+            }
+        }
+    }
+
+    /// All is done.
+    pub fn end(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}

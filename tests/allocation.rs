@@ -6,6 +6,7 @@ use common::{shipped, tracer};
 use gdpt::film::Film;
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::sampler::Points;
 use gdpt::sums::TileSums;
 
 fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
@@ -15,6 +16,7 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
     let settings = PathSettings {
         depth: 12,
         seed: 0,
+        points: Points::Sobol,
         weights: Weights::Mis,
     };
     let tile = Tile {

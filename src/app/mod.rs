@@ -1,13 +1,16 @@
 //! The commands, from flags to files.
 
 pub mod bench;
-mod picture;
+pub mod chart;
+pub mod compare;
 pub mod reconstruct;
 pub mod render;
 
+use crate::cli::Reconstruct;
 use crate::error::{Error, Result, Warnings};
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
+use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
 use crate::scene::{Scene, SceneSettings};
 use glam::Vec3;
 use std::path::Path;
@@ -87,6 +90,24 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)
+}
+
+/// The method that the flags name.
+fn reconstruction(
+    reconstruct: Reconstruct,
+    alpha: Option<Alpha>,
+    warnings: &mut Warnings,
+) -> Result<Method> {
+    if alpha.is_some() && !matches!(reconstruct, Reconstruct::L2 | Reconstruct::L1) {
+        warnings.push("--alpha matters for --reconstruct l2 and l1 alone")?;
+    }
+    let alpha = alpha.unwrap_or(Alpha::Fixed(PAPER_ALPHA));
+    Ok(match reconstruct {
+        Reconstruct::Weighted => Method::Weighted,
+        Reconstruct::L2 => Method::L2(alpha),
+        Reconstruct::L1 => Method::L1(alpha),
+        Reconstruct::None => Method::Primal,
+    })
 }
 
 /// A pool of `threads` threads, or of as many as the machine has.

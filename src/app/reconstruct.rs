@@ -1,13 +1,13 @@
 //! `gdpt reconstruct` from files to files.
 
-use super::picture::{self, Direct};
-use super::{Ended, Format, HALF_A, thread_pool};
+use super::{Ended, Format, HALF_A, reconstruction, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
 use crate::image::Image;
 use crate::load::exr::{self, ExrFile};
-use crate::output::{self, exr::Layers, png, stats::solving};
+use crate::output::{self, exr::Layers, png::Pixels, stats::solving};
+use crate::picture::{self, Direct};
 use crate::progress::Reporter;
 use crate::reconstruct::{Alpha, Solution, Source};
 use std::io::Write;
@@ -60,7 +60,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         return Err(Error::Setting(message.into()));
     }
     let mut warnings = Warnings::new(false);
-    let method = picture::method(reconstruct, args.alpha, &mut warnings)?;
+    let method = reconstruction(reconstruct, args.alpha, &mut warnings)?;
     Reporter::new(args.quiet).warnings(warnings.list());
 
     // Picture.
@@ -89,7 +89,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
 
     // File.
     match format {
-        Format::Png => png::write(&args.output, &made.image, args.exposure)?,
+        Format::Png => Pixels::tone_mapped(&made.image, args.exposure).write(&args.output)?,
         Format::Exr => {
             let mut layers = Layers::default();
             layers.picture(&made.image);

@@ -1,15 +1,15 @@
 //! `gdpt render` from flags to files.
 
-use super::picture::{self, Direct, Picture};
-use super::{Ended, Format, HALF_A, SceneFlags, load_scene, thread_pool};
+use super::{Ended, Format, HALF_A, SceneFlags, load_scene, reconstruction, thread_pool};
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Film, FirstHits, Halves};
 use crate::load::sidecar::CameraTable;
-use crate::output::{self, exr::Layers, png, stats::Stats};
+use crate::output::{self, exr::Layers, png::Pixels, stats::Stats};
 use crate::path::PathSettings;
+use crate::picture::{self, Picture};
 use crate::progress::Reporter;
-use crate::reconstruct::{self, Source};
+use crate::reconstruct;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
@@ -40,7 +40,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     output::check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
-    let method = picture::method(reconstruct(args), args.alpha, &mut warnings)?;
+    let method = reconstruction(reconstruct(args), args.alpha, &mut warnings)?;
 
     // Scene.
     let start = Instant::now();
@@ -64,6 +64,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         settings: PathSettings {
             depth: args.depth,
             seed: args.seed,
+            points: args.sampler,
             weights: args.weights,
         },
         limits,
@@ -104,7 +105,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     let picture = match check.last {
         // The film has not changed since.
         Some(picture) if outcome.ended == Ending::Error => picture,
-        _ => pool.install(|| picture_of(&film, method)),
+        _ => pool.install(|| picture::of_film(&film, method)),
     };
 
     // Files.
@@ -136,10 +137,10 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     stats.count(&outcome.counts);
     match format {
         Format::Exr => write_exr(args, &picture, &hits, &film, &stats)?,
-        Format::Png => png::write(&args.output, &picture.image, args.exposure)?,
+        Format::Png => Pixels::tone_mapped(&picture.image, args.exposure).write(&args.output)?,
     }
     if let Some(path) = &args.preview {
-        png::write(path, &picture.image, args.exposure)?;
+        Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
     }
     if let Some(path) = &args.stats {
         stats.write(path)?;
@@ -207,20 +208,6 @@ fn reconstruct(args: &RenderArgs) -> Reconstruct {
     })
 }
 
-/// The picture that the film holds.
-fn picture_of(film: &Film, method: reconstruct::Method) -> Picture {
-    let source = Source {
-        size: (film.width as usize, film.height as usize),
-        samples: film.samples,
-        planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
-    };
-    let direct = Direct {
-        halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
-        all: film.direct(Halves::Both),
-    };
-    picture::make(method, &source, &direct)
-}
-
 /// Whether the error is small enough for `--error`: asked after every pass, answered by a solve whenever
 /// the samples may suffice. As it goes down as one over the samples or faster, the next time is known.
 struct ErrorCheck {
@@ -244,7 +231,7 @@ impl ErrorCheck {
         let Some(target) = self.target.filter(|_| done >= self.next) else {
             return false;
         };
-        let picture = self.last.insert(picture_of(film, method));
+        let picture = self.last.insert(picture::of_film(film, method));
         let error = picture.error.as_ref().map_or(f64::INFINITY, |e| e.rel_mse);
         let missing = error / target;
         self.next = (done as f64 * missing.clamp(1.1, 2.0)) as u64;
@@ -312,6 +299,7 @@ fn settings(args: &RenderArgs, method: reconstruct::Method) -> BTreeMap<&'static
         map.insert("alpha", alpha);
     }
     map.insert("depth", args.depth.to_string());
+    map.insert("sampler", format!("{:?}", args.sampler).to_lowercase());
     map.insert("seed", args.seed.to_string());
     map.insert("roughness_threshold", args.roughness_threshold.to_string());
     map.insert("filter", format!("{:?}", args.filter).to_lowercase());

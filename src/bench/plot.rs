@@ -2,7 +2,7 @@
 
 use super::measure::Row;
 use crate::error::{Error, Result};
-use crate::output::write_whole;
+use crate::output::{figure, write_whole};
 use plotters::prelude::*;
 use std::io::Write;
 use std::path::Path;
@@ -37,6 +37,7 @@ fn draw(
     rows: &[Row],
     height: u32,
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
+    figure::register_font();
     let root = SVGBackend::with_string(text, (WIDTH as u32, height)).into_drawing_area();
     root.fill(&WHITE)?;
     let small = ("sans-serif", 11).into_font().color(&BLACK);

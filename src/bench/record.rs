@@ -4,6 +4,7 @@ use crate::film::Film;
 use crate::gradient::Weights;
 use crate::path::PathSettings;
 use crate::render::{Job, Limits, Method, TILE_SIZE};
+use crate::sampler::Points;
 use crate::scene::Scene;
 use crate::trace::rays::{AnyBatch, ClosestBatch, Ray};
 use crate::trace::{RayKind, Traverse, Way};
@@ -100,6 +101,7 @@ pub fn record(
         settings: PathSettings {
             depth,
             seed: 0,
+            points: Points::Sobol,
             weights: Weights::Mis,
         },
         limits: Limits {

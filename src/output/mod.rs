@@ -1,6 +1,8 @@
-//! Pictures and statistics to files: whole or not at all.
+//! Pictures, figures and statistics to files: whole or not at all.
 
+pub mod colour_map;
 pub mod exr;
+pub mod figure;
 pub mod png;
 pub mod stats;
 

@@ -2,51 +2,50 @@
 
 use super::write_whole;
 use crate::error::Result;
-use crate::image::Image;
+use crate::image::{Image, to_srgb};
+use image::ImageEncoder;
+use image::codecs::png::PngEncoder;
+use std::io::Write;
 use std::path::Path;
 
-/// Writes `image` brightened by `exposure` stops; what is below 0 is black, above 1 white.
-pub fn write(path: &Path, image: &Image, exposure: f32) -> Result<()> {
-    let scale = exposure.exp2();
-    let bytes: Vec<u8> = (0..image.width * image.height)
-        .flat_map(|i| image.get(i).to_array().map(|v| to_srgb(v * scale)))
-        .collect();
-    let (width, height) = (image.width as u32, image.height as u32);
-    write_whole(path, |file| {
-        image::ImageEncoder::write_image(
-            image::codecs::png::PngEncoder::new(file),
-            &bytes,
-            width,
-            height,
-            image::ExtendedColorType::Rgb8,
-        )
-        .map_err(|e| match e {
-            image::ImageError::IoError(e) => e,
-            e => std::io::Error::other(e),
-        })
-    })
+/// Pixels as displays show them.
+#[derive(Clone, Debug)]
+pub struct Pixels {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Red, green and blue of each pixel in sRGB, row by row from the upper left corner.
+    pub rgb: Vec<u8>,
 }
 
-/// The sRGB transfer function, to a byte.
-fn to_srgb(linear: f32) -> u8 {
-    let x = linear.clamp(0.0, 1.0);
-    let encoded = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    };
-    (encoded * 255.0 + 0.5) as u8
-}
+impl Pixels {
+    /// `image` brightened by `exposure` stops; what is below 0 is black, above 1 white.
+    pub fn tone_mapped(image: &Image, exposure: f32) -> Self {
+        let scale = exposure.exp2();
+        let pixel = |i| image.get(i).to_array().map(|v| to_srgb(v * scale));
+        Self {
+            width: image.width,
+            height: image.height,
+            rgb: (0..image.width * image.height).flat_map(pixel).collect(),
+        }
+    }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+    /// As the bytes of a PNG file.
+    pub fn encode(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let (width, height) = (self.width as u32, self.height as u32);
+        PngEncoder::new(&mut bytes)
+            .write_image(&self.rgb, width, height, image::ExtendedColorType::Rgb8)
+            .map_err(|e| match e {
+                image::ImageError::IoError(e) => e,
+                e => std::io::Error::other(e),
+            })?;
+        Ok(bytes)
+    }
 
-    #[test]
-    fn srgb_bytes() {
-        assert_eq!(
-            [0.0, 1.0, -1.0, f32::NAN, 9.0, 0.214_04].map(to_srgb),
-            [0, 255, 0, 0, 255, 127]
-        );
+    /// Writes a PNG file.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_whole(path, |file| file.write_all(&self.encode()?))
     }
 }

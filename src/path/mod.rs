@@ -9,7 +9,7 @@ mod light;
 mod primary;
 
 use crate::gradient::{Base, Shift, Weights};
-use crate::sampler::{self, Sampler};
+use crate::sampler::{self, Points, Sampler};
 use crate::scene::Scene;
 use crate::shift::{Death, Offset};
 use crate::sums::{PixelSample, TileSums};
@@ -26,6 +26,8 @@ pub struct PathSettings {
     pub depth: u32,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How the samples of a pixel are spread.
+    pub points: Points,
     /// Weights of the differences.
     pub weights: Weights,
 }

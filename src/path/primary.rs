@@ -1,7 +1,7 @@
 //! The primary step: one camera ray for each pixel and sample serves the pixel's base path and the
 //! offset paths of its four neighbours (method.md section 4).
 
-use super::{BasePath, Context, Tile, Wavefront, or_dead};
+use super::{BasePath, Context, PathSettings, Tile, Wavefront, or_dead};
 use crate::gradient::Neighbour;
 use crate::sampler::{Dimension, Sampler};
 use crate::shift::{self, Offset};
@@ -22,9 +22,10 @@ impl<const N: usize> Wavefront<N> {
     ) {
         let scene = context.scene;
         let camera = &scene.camera;
+        let PathSettings { points, seed, .. } = *context.settings;
         // All pixels have the same position inside the pixel, so that the offset path's camera ray is
         // the neighbour's.
-        let [dx, dy, ..] = Sampler::for_pass(context.settings.seed, sample).draw(Dimension::Pixel);
+        let [dx, dy, ..] = Sampler::for_pass(points, seed, sample).draw(Dimension::Pixel);
         let border = if N == 0 { 0 } else { 1 };
         let columns = tile.width as i32 + 2 * border;
         let rows = tile.height as i32 + 2 * border;
@@ -107,7 +108,8 @@ impl<const N: usize> Wavefront<N> {
                         self.paths.push(BasePath {
                             pixel,
                             sampler: Sampler::for_pixel(
-                                context.settings.seed,
+                                points,
+                                seed,
                                 tile.x + x,
                                 tile.y + y,
                                 sample,

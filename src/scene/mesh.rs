@@ -3,7 +3,7 @@
 use crate::frame::offset_distance;
 use crate::load::obj::{NO_NORMAL, ObjFile};
 use glam::Vec3;
-use std::hash::{Hash, Hasher};
+use xxhash_rust::xxh3::Xxh3;
 
 /// All triangles of a scene.
 #[derive(Debug)]
@@ -116,11 +116,22 @@ impl Mesh {
         (0.5 * (b - a).cross(c - a).length()) as f32
     }
 
-    pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
-        let bits = |v: &Vec3| v.to_array().map(f32::to_bits);
-        self.positions.iter().for_each(|p| bits(p).hash(hasher));
-        self.normals.iter().for_each(|n| bits(n).hash(hasher));
-        (&self.triangles, &self.normal_triangles, &self.material_of).hash(hasher);
+    pub(super) fn hash_into(&self, hasher: &mut Xxh3) {
+        let vectors = [&self.positions, &self.normals];
+        for x in vectors.into_iter().flatten().flat_map(Vec3::to_array) {
+            hasher.update(&x.to_le_bytes());
+        }
+        let corners = [&self.triangles, &self.normal_triangles];
+        let corners_of = corners.into_iter().flatten().flatten();
+        for i in corners_of.chain(&self.material_of) {
+            hasher.update(&i.to_le_bytes());
+        }
+        // Where one list ends and the next begins.
+        let lengths = vectors
+            .map(Vec::len)
+            .into_iter()
+            .chain(corners.map(Vec::len));
+        lengths.for_each(|n| hasher.update(&(n as u64).to_le_bytes()));
     }
 }
 

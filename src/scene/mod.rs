@@ -13,9 +13,9 @@ use glam::Vec3;
 use light::Lights;
 use material::Material;
 use mesh::Mesh;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
+use xxhash_rust::xxh3::Xxh3;
 
 /// Everything that a picture is a function of, beside the settings of the renderer.
 #[derive(Debug)]
@@ -95,15 +95,12 @@ impl Scene {
         })
     }
 
-    /// A fingerprint of geometry, materials, light and camera.
+    /// A fingerprint of geometry, materials, light and camera: the same on every machine.
     pub fn hash(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
+        let mut hasher = Xxh3::new();
         self.mesh.hash_into(&mut hasher);
-        format!(
-            "{:?} {:?} {:?}",
-            self.materials, self.environment, self.camera
-        )
-        .hash(&mut hasher);
-        hasher.finish()
+        let rest = (&self.materials, &self.environment, &self.camera);
+        hasher.update(format!("{rest:?}").as_bytes());
+        hasher.digest()
     }
 }

@@ -8,7 +8,7 @@ use gdpt::gradient::Weights;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
 use gdpt::path::PathSettings;
 use gdpt::render::{Job, Limits, Method};
-use gdpt::sampler::mix;
+use gdpt::sampler::{Points, mix};
 use gdpt::scene::{Scene, SceneSettings};
 use gdpt::trace::{Backend, Traverse};
 use glam::Vec3;
@@ -85,6 +85,7 @@ pub struct Render {
     pub weights: Weights,
     pub spp: u64,
     pub seed: u64,
+    pub points: Points,
     pub depth: u32,
     pub tile_size: u32,
 }
@@ -96,6 +97,7 @@ impl Default for Render {
             weights: Weights::Mis,
             spp: 16,
             seed: 0,
+            points: Points::Sobol,
             depth: 12,
             tile_size: 32,
         }
@@ -112,6 +114,7 @@ impl Render {
             settings: PathSettings {
                 depth: self.depth,
                 seed: self.seed,
+                points: self.points,
                 weights: self.weights,
             },
             limits: Limits {

@@ -1,0 +1,139 @@
+//! `gdpt compare` from files to figures.
+
+use super::{Ended, Format};
+use crate::cli::CompareArgs;
+use crate::compare::{self, Comparison, Measured, References};
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::load::exr;
+use crate::output::{self, colour_map, write_whole};
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Report<'a> {
+    version: &'static str,
+    image: String,
+    references: Vec<String>,
+    width: usize,
+    height: usize,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+}
+
+/// Compares an image to one or two references.
+pub fn compare(args: &CompareArgs) -> Result<Ended> {
+    let paths = || {
+        [&args.image, &args.reference]
+            .into_iter()
+            .chain(&args.second)
+    };
+    if let Some(path) = &args.heatmap
+        && Format::of(path)? != Format::Png
+    {
+        return Err(Error::input(path, None, "--heatmap writes a .png"));
+    }
+    let outputs = [&args.json, &args.heatmap];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
+    for input in paths() {
+        output::check_outputs(input, &outputs)?;
+    }
+    if args.second.as_ref() == Some(&args.reference) {
+        let message = "is named for both references, which must be independent of one another";
+        return Err(Error::input(&args.reference, None, message));
+    }
+
+    let image = picture(&args.image)?;
+    let of_same_size = |path: &Path| {
+        let reference = picture(path)?;
+        if (reference.width, reference.height) == (image.width, image.height) {
+            return Ok(reference);
+        }
+        let message = format!(
+            "is {}x{}, but {} is {}x{}",
+            reference.width,
+            reference.height,
+            args.image.display(),
+            image.width,
+            image.height
+        );
+        Err(Error::input(path, None, message))
+    };
+    let first = of_same_size(&args.reference)?;
+    let second = args.second.as_deref().map(of_same_size).transpose()?;
+    let references = match &second {
+        Some(second) => References::Two(&first, second),
+        None => References::One(&first),
+    };
+
+    let comparison = compare::compare(&image, references);
+    let _ = write!(std::io::stdout(), "{}", table(&comparison));
+    if let Some(path) = &args.json {
+        let report = Report {
+            version: env!("CARGO_PKG_VERSION"),
+            image: args.image.display().to_string(),
+            references: paths().skip(1).map(|p| p.display().to_string()).collect(),
+            width: image.width,
+            height: image.height,
+            comparison: &comparison,
+        };
+        write_whole(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, &report)?;
+            file.write_all(b"\n")
+        })?;
+    }
+    if let Some(path) = &args.heatmap {
+        let errors = compare::relative_errors(&image, references);
+        colour_map::heat_map(&errors, image.width).write(path)?;
+    }
+    Ok(Ended::Done)
+}
+
+/// The channels R, G and B of a file.
+fn picture(path: &Path) -> Result<Image> {
+    let file = exr::load(path)?;
+    let Some(channels) = file.colour("") else {
+        let message = "has no picture: the channels R, G and B are needed";
+        return Err(Error::input(path, None, message));
+    };
+    let (width, height) = file.size;
+    let bad = (0..width * height).find(|&i| channels.iter().any(|c| !c[i].is_finite()));
+    if let Some(i) = bad {
+        let message = format!("pixel {},{} is not a finite number", i % width, i / width);
+        return Err(Error::input(path, None, message));
+    }
+    Ok(Image {
+        width,
+        height,
+        channels: channels.map(Vec::clone),
+    })
+}
+
+fn table(c: &Comparison) -> String {
+    let measured = |m: &Measured| match m.interval {
+        Some(interval) => format!("{:.4e} ± {interval:.1e}", m.value),
+        None => format!("{:.4e}", m.value),
+    };
+    let mut text = format!(
+        "MSE              {}\nrelMSE           {}\n",
+        measured(&c.mse),
+        measured(&c.rel_mse)
+    );
+    text += &format!("  trimmed        {:.4e}\n", c.rel_mse_trimmed);
+    text += &format!(
+        "bias             {:+.4e} ({:+.3} %)\n",
+        c.bias,
+        c.rel_bias * 100.0
+    );
+    text += &format!("PSNR             {:.2} dB\n", c.psnr);
+    if let Some(ssim) = c.ssim {
+        text += &format!("SSIM             {ssim:.5}\n");
+    }
+    if c.mse.interval.is_none() {
+        text +=
+            "with one reference, its own noise counts as error; give a second one to take it out\n";
+    }
+    text
+}

@@ -1,0 +1,156 @@
+//! One progressive render, measured on its way; and the references.
+
+use super::{Row, Tracing, name_of};
+use crate::compare::{self, References};
+use crate::estimate::Estimate;
+use crate::film::{Film, Halves};
+use crate::image::Image;
+use crate::path::PathSettings;
+use crate::picture::{self, Picture};
+use crate::reconstruct::{self, Alpha, PAPER_ALPHA};
+use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
+use crate::scene::Scene;
+use crate::trace::Traverse;
+use std::time::Duration;
+
+/// Samples of the first measurement: `weighted` needs as many.
+const FIRST_SAMPLES: u64 = 4;
+
+/// What is rendered, and how.
+#[derive(Clone, Copy)]
+pub struct Run<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What finds the hits.
+    pub tracer: &'a dyn Traverse,
+    /// How the film is filled.
+    pub tracing: Tracing,
+    /// Depth, seed and sampler; the weights are those of `tracing`.
+    pub settings: PathSettings,
+    /// Seconds for tracing and for making a picture.
+    pub seconds: f64,
+}
+
+/// The end of a run.
+pub struct Finished {
+    /// What was measured.
+    pub rows: Vec<Row>,
+    /// The last pictures, in the order of the reconstructions.
+    pub pictures: Vec<Image>,
+    /// What the film holds at the end.
+    pub estimate: Estimate,
+}
+
+impl Run<'_> {
+    fn job(&self, limits: Limits) -> Job<'_> {
+        Job {
+            scene: self.scene,
+            tracer: self.tracer,
+            method: self.tracing.method,
+            settings: PathSettings {
+                weights: self.tracing.weights,
+                ..self.settings
+            },
+            limits,
+        }
+    }
+
+    fn film(&self) -> Film {
+        Film::new(self.scene.camera.width, self.scene.camera.height, TILE_SIZE)
+    }
+
+    fn method_name(&self, reconstruction: reconstruct::Method) -> String {
+        match self.tracing.method {
+            Method::Pt => name_of(Method::Pt),
+            Method::Gpt => picture::describe(reconstruction).0.to_owned(),
+        }
+    }
+
+    /// Renders and measures. `stop` is asked between passes; `None` if it ended the run.
+    pub fn measure(
+        &self,
+        scene_name: &str,
+        reconstructions: &[reconstruct::Method],
+        references: References,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Finished> {
+        let mut film = self.film();
+        let mut rows = Vec::new();
+        let mut tracing = 0.0;
+        // The slowest way to make the picture, the last time: kept free for the end.
+        let mut solving = 0.0;
+        let mut target = FIRST_SAMPLES;
+        loop {
+            // Trace.
+            let left = (self.seconds - solving - tracing).max(0.0);
+            let job = self.job(Limits {
+                samples: target,
+                time: Some(Duration::from_secs_f64(left)),
+            });
+            let mut ask = |_: &Film| stop().then_some(Ending::Interrupted);
+            let outcome = job.run(&mut film, &mut ask, &mut |_| ());
+            tracing += outcome.elapsed.as_secs_f64();
+            let last = match outcome.ended {
+                Ending::Interrupted => return None,
+                ended => ended == Ending::Time,
+            };
+
+            // Make the pictures and measure.
+            let made: Vec<Picture> = reconstructions
+                .iter()
+                .map(|&method| picture::of_film(&film, method))
+                .collect();
+            solving = made.iter().map(|p| p.seconds).fold(0.0, f64::max);
+            for (&reconstruction, picture) in reconstructions.iter().zip(&made) {
+                let found = compare::compare(&picture.image, references);
+                rows.push(Row {
+                    scene: scene_name.to_owned(),
+                    method: self.method_name(reconstruction),
+                    weights: match self.tracing.method {
+                        Method::Pt => String::new(),
+                        Method::Gpt => name_of(self.tracing.weights),
+                    },
+                    backend: self.tracing.backend.name().to_owned(),
+                    seed: self.settings.seed,
+                    samples: film.count(Halves::Both),
+                    last,
+                    seconds: tracing + picture.seconds,
+                    seconds_solving: picture.seconds,
+                    rel_mse: found.rel_mse.value,
+                    rel_mse_interval: found.rel_mse.interval.unwrap_or(f64::NAN),
+                    rel_mse_trimmed: found.rel_mse_trimmed,
+                    mse: found.mse.value,
+                    rel_bias: found.rel_bias,
+                });
+            }
+            if last {
+                return Some(Finished {
+                    rows,
+                    pictures: made.into_iter().map(|p| p.image).collect(),
+                    estimate: film.estimate(Halves::Both),
+                });
+            }
+            target *= 2;
+        }
+    }
+
+    /// Renders a reference: the primal of path tracing, or L2, which has no bias, of gradient-domain path
+    /// tracing. `None` if `stop` ended it.
+    pub fn reference(&self, stop: &(dyn Fn() -> bool + Sync)) -> Option<Image> {
+        let mut film = self.film();
+        let job = self.job(Limits {
+            samples: u64::MAX,
+            time: Some(Duration::from_secs_f64(self.seconds)),
+        });
+        let mut ask = |_: &Film| stop().then_some(Ending::Interrupted);
+        let outcome = job.run(&mut film, &mut ask, &mut |_| ());
+        if outcome.ended == Ending::Interrupted {
+            return None;
+        }
+        let reconstruction = match self.tracing.method {
+            Method::Pt => reconstruct::Method::Primal,
+            Method::Gpt => reconstruct::Method::L2(Alpha::Fixed(PAPER_ALPHA)),
+        };
+        Some(picture::of_film(&film, reconstruction).image)
+    }
+}

@@ -1,0 +1,82 @@
+//! What is kept between calls: finished runs and references, each in files under a key of all that it
+//! depends on, so that a chart which was interrupted goes on where it was.
+
+use super::Row;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::load::exr;
+use crate::output::exr::Layers;
+use crate::output::write_whole;
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// A folder of finished work.
+#[derive(Debug)]
+pub struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    /// The folder, which is made if it is not there.
+    pub fn new(folder: PathBuf) -> Result<Self> {
+        fs::create_dir_all(&folder).map_err(Error::io(&folder, "cannot be made"))?;
+        Ok(Self { folder })
+    }
+
+    /// The file for `what`, which depends on `key` and on this program's version.
+    fn file(&self, what: &str, key: &str, extension: &str) -> PathBuf {
+        let hash = xxh3_64(format!("{} {key}", env!("CARGO_PKG_VERSION")).as_bytes());
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let what: String = what.chars().map(plain).collect();
+        self.folder.join(format!("{what}-{hash:016x}.{extension}"))
+    }
+
+    /// The rows of a finished run. A file that cannot be read counts as not there.
+    pub fn rows(&self, what: &str, key: &str) -> Option<Vec<Row>> {
+        let text = fs::read(self.file(what, key, "json")).ok()?;
+        serde_json::from_slice(&text).ok()
+    }
+
+    /// Keeps the rows of a finished run.
+    pub fn keep_rows(&self, what: &str, key: &str, rows: &[Row]) -> Result<()> {
+        write_whole(&self.file(what, key, "json"), |file| {
+            serde_json::to_writer(&mut *file, rows)?;
+            file.write_all(b"\n")
+        })
+    }
+
+    /// Images that were kept, by the names of their layers. A file that cannot be read or lacks one counts
+    /// as not there.
+    pub fn images(&self, what: &str, key: &str, layers: &[&str]) -> Option<Vec<Image>> {
+        let path = self.file(what, key, "exr");
+        let file = exr::load(&path).ok()?;
+        let (width, height) = file.size;
+        let image = |layer: &str| {
+            let channels = file.colour(layer)?.map(Vec::clone);
+            Some(Image {
+                width,
+                height,
+                channels,
+            })
+        };
+        layers.iter().copied().map(image).collect()
+    }
+
+    /// Keeps images, the one without a name as the picture itself.
+    pub fn keep_images(&self, what: &str, key: &str, images: &[(&str, &Image)]) -> Result<()> {
+        let mut layers = Layers::default();
+        let (mut width, mut height) = (0, 0);
+        for (name, image) in images {
+            (width, height) = (image.width, image.height);
+            if name.is_empty() {
+                layers.picture(image);
+            } else {
+                layers.colour(name, image);
+            }
+        }
+        layers.attribute("gdpt.version", env!("CARGO_PKG_VERSION"));
+        layers.write(&self.file(what, key, "exr"), width, height)
+    }
+}

@@ -1,0 +1,80 @@
+//! The picture: what is reconstructed from primal and gradients, with light seen directly and with its
+//! error.
+
+use crate::film::{Film, Halves};
+use crate::image::Image;
+use crate::reconstruct::error_estimate::{self, Estimated, Halved};
+use crate::reconstruct::{self, Alpha, Method, Solution, Source};
+use std::time::Instant;
+
+/// A picture with light seen directly.
+pub struct Picture {
+    /// The picture itself.
+    pub image: Image,
+    /// Its error; `None` where there are no two halves to compare.
+    pub error: Option<Estimated>,
+    /// How the solver ended.
+    pub solution: Solution,
+    /// Time to make it, error and all.
+    pub seconds: f64,
+}
+
+/// Light seen directly: of both halves, and of all samples.
+pub struct Direct {
+    /// Means of half A and of half B.
+    pub halves: [Image; 2],
+    /// Mean of all samples.
+    pub all: Image,
+}
+
+/// Makes the picture and estimates its error. Works on the current pool.
+pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
+    let start = Instant::now();
+    let made = reconstruct::run(method, source);
+    let error = made.halves.map(|halves| {
+        let solved = Halved {
+            all: &made.picture,
+            halves: &halves,
+        };
+        let direct = Halved {
+            all: &direct.all,
+            halves: &direct.halves,
+        };
+        error_estimate::estimate(solved, direct, source.samples)
+    });
+    let image = made.picture.plus(&direct.all);
+    Picture {
+        image,
+        error,
+        solution: made.solution,
+        seconds: start.elapsed().as_secs_f64(),
+    }
+}
+
+/// The picture that the film holds. Works on the current pool.
+pub fn of_film(film: &Film, method: Method) -> Picture {
+    let source = Source {
+        size: (film.width as usize, film.height as usize),
+        samples: film.samples,
+        planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+    };
+    let direct = Direct {
+        halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
+        all: film.direct(Halves::Both),
+    };
+    make(method, &source, &direct)
+}
+
+/// As the flags have it, for the header and the summary.
+pub fn describe(method: Method) -> (&'static str, String) {
+    let text = |alpha| match alpha {
+        Alpha::Fixed(alpha) => alpha.to_string(),
+        Alpha::Auto => "auto".into(),
+    };
+    match method {
+        Method::Weighted => ("weighted", String::new()),
+        Method::L2(alpha) => ("l2", text(alpha)),
+        Method::L1(alpha) => ("l1", text(alpha)),
+        Method::Primal => ("none", String::new()),
+    }
+}
