@@ -29,9 +29,10 @@
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
+//! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output, bench, chart, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -60,6 +61,7 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shift;
+pub mod spectrum;
 pub mod sums;
 pub mod trace;
 pub mod vertex;

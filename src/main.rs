@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         Command::Reconstruct(args) => app::reconstruct::reconstruct(&args),
         Command::Compare(args) => app::compare::compare(&args),
         Command::Chart(args) => app::chart::chart(&args, &stop),
+        Command::Spectrum(args) => app::spectrum::spectrum(&args, &stop),
         Command::Bench(args) => app::bench::bench(&args),
     };
     match result {

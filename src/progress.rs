@@ -101,58 +101,59 @@ impl Reporter {
     }
 }
 
-/// Progress through steps whose length in seconds is known beforehand: a bar on a terminal, a line for
-/// each step elsewhere.
+/// Progress through steps whose lengths are known beforehand, in seconds or in any other unit: a bar on a
+/// terminal, a line now and then elsewhere.
 pub struct Steps {
     quiet: bool,
     bar: Option<ProgressBar>,
-    seconds: f64,
+    total: f64,
+    done: f64,
+    last_line: Option<Instant>,
 }
 
 impl Steps {
-    /// Of `seconds` in all; silent but for errors if `quiet`.
-    pub fn new(quiet: bool, seconds: f64) -> Self {
+    /// Of the length `total` in all; silent but for errors if `quiet`.
+    pub fn new(quiet: bool, total: f64) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
-            let length = (seconds * 10.0) as u64;
-            let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+            let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
             let style = "{bar:30} {percent}% {msg}";
             bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
             bar
         });
-        if !quiet && bar.is_none() {
-            let _ = writeln!(std::io::stderr(), "this takes up to {seconds:.0} s");
-        }
         Self {
             quiet,
             bar,
-            seconds,
+            total,
+            done: 0.0,
+            last_line: None,
         }
     }
 
     /// A step begins.
     pub fn begin(&mut self, step: &str) {
         if let Some(bar) = &self.bar {
-            bar.set_message(format!("{step} ({:.0} s left)", self.seconds.max(0.0)));
-        } else if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "{step}");
+            bar.set_message(step.to_owned());
+        } else if !self.quiet && self.last_line.is_none_or(|t| t.elapsed() >= LINE_EVERY) {
+            self.last_line = Some(Instant::now());
+            let percent = 100.0 * self.done / self.total;
+            let _ = writeln!(std::io::stderr(), "{percent:.0}%: {step}");
         }
     }
 
-    /// A step of so many seconds is done.
-    pub fn done(&mut self, seconds: f64) {
-        self.seconds -= seconds;
+    /// A step of this length is done.
+    pub fn done(&mut self, length: f64) {
+        self.done += length;
         if let Some(bar) = &self.bar {
-            bar.inc((seconds * 10.0) as u64);
+            bar.set_position((1000.0 * self.done / self.total) as u64);
         }
     }
 
-    /// Prints warnings, a line each.
-    pub fn warnings(&self, list: &[String]) {
-        for warning in list.iter().filter(|_| !self.quiet) {
-            match &self.bar {
-                Some(bar) => bar.println(format!("warning: {warning}")),
-                None => _ = writeln!(std::io::stderr(), "warning: {warning}"),
-            }
+    /// Prints a remark.
+    pub fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None if self.quiet => (),
+            None => _ = writeln!(std::io::stderr(), "{line}"),
         }
     }
 

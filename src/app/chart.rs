@@ -48,7 +48,12 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
     let plan = Plan::new(args, stop)?;
     let mut rows = Vec::new();
     let mut reports = Vec::new();
-    let mut steps = Steps::new(args.quiet, plan.seconds() * args.scenes.len() as f64);
+    let seconds = plan.seconds() * args.scenes.len() as f64;
+    let mut steps = Steps::new(args.quiet, seconds);
+    let minutes = (seconds / 60.0).ceil();
+    steps.say(&format!(
+        "about {minutes} min, less what is kept from before; Ctrl-C keeps what is finished"
+    ));
     let mut ended = Ended::Done;
     for path in &args.scenes {
         match plan.scene(path, &mut rows, &mut steps)? {
@@ -159,7 +164,8 @@ impl<'a> Plan<'a> {
         };
         let mut warnings = Warnings::new(self.args.strict);
         let scene = load_scene(path, flags, &mut warnings)?;
-        steps.warnings(warnings.list());
+        let warnings = warnings.list().iter();
+        warnings.for_each(|w| steps.say(&format!("warning: {w}")));
 
         // References.
         let backend = self.args.backends.first().copied();

@@ -5,6 +5,7 @@ pub mod chart;
 pub mod compare;
 pub mod reconstruct;
 pub mod render;
+pub mod spectrum;
 
 use crate::cli::Reconstruct;
 use crate::error::{Error, Result, Warnings};

@@ -42,7 +42,7 @@ pub(super) fn channel(
 }
 
 /// Dᵀ G: what differences contribute to the right side of the normal equations.
-fn divergence((width, height): (usize, usize), dx: &[f32], dy: &[f32]) -> Vec<f32> {
+pub fn divergence((width, height): (usize, usize), dx: &[f32], dy: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; width * height];
     out.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
         let row = y * width..(y + 1) * width;
