@@ -153,7 +153,7 @@ fn reconstruction(c: &mut Criterion) {
                 time: None,
             },
         };
-        job.run(&mut film, &mut |_| None, &mut |_| ());
+        job.run(&mut film, &mut |_, _| None, &mut |_| ());
         let e = film.estimate(Halves::Both);
         let problem = Problem {
             primal: &e.primal,

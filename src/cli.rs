@@ -144,6 +144,18 @@ pub struct RenderArgs {
     #[arg(long, value_name = "RELMSE")]
     pub error: Option<f64>,
 
+    /// Keep the samples in this file while rendering, to go on from there
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Time between two checkpoints [default: 60s]
+    #[arg(long, value_name = "TIME", value_parser = duration, requires = "checkpoint")]
+    pub every: Option<Duration>,
+
+    /// Go on from the checkpoint if there is one: --spp and --time count what is in it
+    #[arg(long, requires = "checkpoint")]
+    pub resume: bool,
+
     /// How the picture is made of primal and gradients [default: weighted for gpt, none for pt]
     #[arg(long)]
     pub reconstruct: Option<Reconstruct>,

@@ -31,6 +31,22 @@ pub enum Error {
     /// The traversal library failed.
     #[error("ray traversal: {0}")]
     Traversal(String),
+    /// A picture that could not be written where it should be, but elsewhere.
+    #[error("{error}; the picture is in {place}", place = place.display())]
+    Elsewhere {
+        /// Where it is.
+        place: PathBuf,
+        /// Why it is not where it should be.
+        error: Box<Error>,
+    },
+    /// A picture that could not be written at all, but for its samples.
+    #[error("{error}; the samples are kept in {checkpoint}: the same command with --resume writes the picture", checkpoint = checkpoint.display())]
+    Kept {
+        /// The checkpoint.
+        checkpoint: PathBuf,
+        /// Why there is no picture.
+        error: Box<Error>,
+    },
     /// Warnings under `--strict`.
     #[error("{0} (an error because of --strict)")]
     Strict(String),

@@ -23,6 +23,7 @@
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
+//! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
@@ -32,7 +33,7 @@
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -43,6 +44,7 @@ pub mod app;
 pub mod bench;
 pub mod bsdf;
 pub mod chart;
+pub mod checkpoint;
 pub mod cli;
 pub mod compare;
 pub mod error;

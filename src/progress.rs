@@ -37,6 +37,13 @@ impl Reporter {
         }
     }
 
+    /// Prints a remark.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            let _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+
     /// Tracing begins.
     pub fn start(&mut self, limits: &Limits) {
         self.limits = Some(*limits);

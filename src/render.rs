@@ -97,11 +97,11 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// Adds samples to `film` until a limit is reached or `stop` gives a reason; both are asked between
-    /// passes. The film may hold samples already. Works on the current rayon pool.
+    /// passes, `stop` with what was counted so far. The film may hold samples already. Works on the current rayon pool.
     pub fn run(
         &self,
         film: &mut Film,
-        stop: &mut (dyn FnMut(&Film) -> Option<Ending> + Send),
+        stop: &mut (dyn FnMut(&Film, &Counts) -> Option<Ending> + Send),
         progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Outcome {
         match self.method {
@@ -113,7 +113,7 @@ impl Job<'_> {
     fn passes<const N: usize>(
         &self,
         film: &mut Film,
-        stop: &mut (dyn FnMut(&Film) -> Option<Ending> + Send),
+        stop: &mut (dyn FnMut(&Film, &Counts) -> Option<Ending> + Send),
         progress: &mut (dyn FnMut(Progress) + Send),
     ) -> Outcome {
         let start = Instant::now();
@@ -133,7 +133,7 @@ impl Job<'_> {
             if late && done > 0 {
                 break Ending::Time;
             }
-            if let Some(reason) = stop(film) {
+            if let Some(reason) = stop(film, &counts) {
                 break reason;
             }
             let end = (done + pass_length(done)).min(self.limits.samples);

@@ -6,7 +6,7 @@ use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
 use crate::load::sidecar::CameraTable;
 use crate::output::{colour_map, write_whole};
-use crate::path::PathSettings;
+use crate::path::{Counts, PathSettings};
 use crate::progress::Steps;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
@@ -100,7 +100,7 @@ fn measure(
                 time: None,
             },
         };
-        let mut ask = |_: &Film| stop().then_some(Ending::Interrupted);
+        let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
         if job.run(&mut film, &mut ask, &mut |_| ()).ended == Ending::Interrupted {
             return Ok(None);
         }

@@ -109,7 +109,7 @@ pub fn record(
             time: None,
         },
     };
-    job.run(&mut film, &mut |_| None, &mut |_| ());
+    job.run(&mut film, &mut |_, _| None, &mut |_| ());
     recorder
         .kept
         .map(|k| k.into_inner().expect("no panic while recording"))

@@ -5,7 +5,7 @@ use crate::compare::{self, References};
 use crate::estimate::Estimate;
 use crate::film::{Film, Halves};
 use crate::image::Image;
-use crate::path::PathSettings;
+use crate::path::{Counts, PathSettings};
 use crate::picture::{self, Picture};
 use crate::reconstruct::{self, Alpha, PAPER_ALPHA};
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
@@ -87,7 +87,7 @@ impl Run<'_> {
                 samples: target,
                 time: Some(Duration::from_secs_f64(left)),
             });
-            let mut ask = |_: &Film| stop().then_some(Ending::Interrupted);
+            let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
             let outcome = job.run(&mut film, &mut ask, &mut |_| ());
             tracing += outcome.elapsed.as_secs_f64();
             let last = match outcome.ended {
@@ -142,7 +142,7 @@ impl Run<'_> {
             samples: u64::MAX,
             time: Some(Duration::from_secs_f64(self.seconds)),
         });
-        let mut ask = |_: &Film| stop().then_some(Ending::Interrupted);
+        let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
         let outcome = job.run(&mut film, &mut ask, &mut |_| ());
         if outcome.ended == Ending::Interrupted {
             return None;

@@ -6,6 +6,11 @@ use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Largest number of pixels of a picture, as a render has it.
+const MAX_PIXELS: u64 = 1 << 28;
+/// Largest number of values: all layers of the largest picture.
+const MAX_VALUES: u64 = MAX_PIXELS * 64;
+
 /// The channels of an EXR file's first part.
 #[derive(Debug, Default)]
 pub struct ExrFile {
@@ -20,6 +25,7 @@ pub struct ExrFile {
 /// Reads a file. Half and integer channels become 32-bit float.
 pub fn load(path: &Path) -> Result<ExrFile> {
     check_readable(path)?;
+    check_size(path)?;
     let parsed = guarded(|| {
         read()
             .no_deep_data()
@@ -57,6 +63,30 @@ pub fn load(path: &Path) -> Result<ExrFile> {
         channels: channels.collect(),
         texts,
     })
+}
+
+/// Refuses what the header announces if it is more than a picture can be, before anything is allocated.
+fn check_size(path: &Path) -> Result<()> {
+    let unreadable = || Error::input(path, None, "is no EXR file that can be read");
+    let meta = guarded(|| exr::meta::MetaData::read_from_file(path, false));
+    let Ok(Ok(meta)) = meta else {
+        return Err(unreadable());
+    };
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        let pixels = width as u64 * height as u64;
+        if pixels > MAX_PIXELS {
+            let message =
+                format!("is {width}x{height}, and a picture has at most {MAX_PIXELS} pixels");
+            return Err(Error::input(path, None, message));
+        }
+        let channels = header.channels.list.len() as u64;
+        if pixels * channels > MAX_VALUES {
+            let message = format!("has {channels} channels of {pixels} pixels: too much to read");
+            return Err(Error::input(path, None, message));
+        }
+    }
+    Ok(())
 }
 
 impl ExrFile {

@@ -24,6 +24,8 @@ pub fn write_whole(
         .and_then(|()| buffer.flush())
         .map_err(failed)?;
     drop(buffer);
+    // A disk may find out only now that it is full.
+    file.as_file().sync_all().map_err(failed)?;
     file.as_file_mut().rewind().map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())

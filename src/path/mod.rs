@@ -17,6 +17,7 @@ use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
 use crate::vertex::{End, Vertex};
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What the estimate depends on, beside the scene.
@@ -50,7 +51,7 @@ pub struct Tile {
 }
 
 /// Counts over the work done.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Rays by kind, see [`RayKind::index`].
     pub rays: [u64; RayKind::ALL.len()],
@@ -58,8 +59,8 @@ pub struct Counts {
     pub deaths: [u64; Death::ALL.len()],
     /// Samples dropped because they were not finite.
     pub dropped: u64,
-    /// The first of them: pixel and sample number.
-    pub first_dropped: Option<(u32, u32, u64)>,
+    /// The first of them, in the order of samples and pixels: column, row and sample number.
+    pub first_dropped: [Option<(u32, u32, u64)>; 4],
 }
 
 impl Counts {
@@ -74,12 +75,28 @@ impl Counts {
             .zip(other.deaths)
             .for_each(|(a, b)| *a += b);
         self.dropped += other.dropped;
-        // The least, so that it does not matter which thread came first.
-        let first = |a: (u32, u32, u64), b| [a, b].into_iter().min_by_key(|&(x, y, n)| (n, y, x));
-        self.first_dropped = match (self.first_dropped, other.first_dropped) {
-            (Some(a), Some(b)) => first(a, b),
-            (a, b) => a.or(b),
-        };
+        other
+            .first_dropped
+            .iter()
+            .flatten()
+            .for_each(|&d| self.note_dropped(d));
+    }
+
+    /// Keeps a dropped sample if it is among the first: the least, so that it does not matter which thread
+    /// came first.
+    fn note_dropped(&mut self, dropped: (u32, u32, u64)) {
+        let order = |(x, y, n): (u32, u32, u64)| (n, y, x);
+        let mut rest = Some(dropped);
+        for place in &mut self.first_dropped {
+            match (*place, rest) {
+                (_, None) => return,
+                (None, _) => (*place, rest) = (rest, None),
+                (Some(there), Some(new)) if order(new) < order(there) => {
+                    (*place, rest) = (rest, *place);
+                }
+                _ => (),
+            }
+        }
     }
 }
 
@@ -286,9 +303,7 @@ impl<const N: usize> Wavefront<N> {
                 sums.pixels[index].dropped += 1;
                 self.counts.dropped += 1;
                 let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
-                self.counts
-                    .first_dropped
-                    .get_or_insert((tile.x + x, tile.y + y, sample));
+                self.counts.note_dropped((tile.x + x, tile.y + y, sample));
             }
         }
     }

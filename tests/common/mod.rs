@@ -122,7 +122,7 @@ impl Render {
                 time: None,
             },
         };
-        let outcome = job.run(&mut film, &mut |_| None, &mut |_| ());
+        let outcome = job.run(&mut film, &mut |_, _| None, &mut |_| ());
         assert_eq!(outcome.counts.dropped, 0, "samples were not finite");
         film
     }

@@ -5,6 +5,8 @@
 //! neighbouring tile, and is added after the pass. Everywhere the order is the same: the pixel's own
 //! part, then its neighbour's. So the bits depend neither on the number of threads nor on the tiles.
 
+mod bytes;
+
 use crate::estimate::{Estimate, Planes};
 use crate::gradient::Neighbour;
 use crate::image::Image;

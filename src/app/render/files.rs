@@ -1,0 +1,107 @@
+//! The picture to its file, or to another place where that fails.
+
+use crate::app::{Format, HALF_A};
+use crate::cli::RenderArgs;
+use crate::error::{Error, Result};
+use crate::film::{Film, FirstHits, Halves};
+use crate::output::exr::Layers;
+use crate::output::png::Pixels;
+use crate::output::stats::Stats;
+use crate::picture::Picture;
+use crate::render::Method;
+use std::path::Path;
+
+/// What a render has made.
+pub(super) struct Made<'a> {
+    pub(super) args: &'a RenderArgs,
+    pub(super) picture: &'a Picture,
+    pub(super) hits: &'a FirstHits,
+    pub(super) film: &'a Film,
+    pub(super) stats: &'a Stats,
+}
+
+/// Writes the picture. Where that fails it goes to the folder for temporary files or to the working
+/// directory: hours of rendering are not lost to a full disk. The error names where it is.
+pub(super) fn write(made: &Made, format: Format) -> Result<()> {
+    let args = made.args;
+    let to = |path: &Path| match format {
+        Format::Exr => exr(path, made),
+        Format::Png => Pixels::tone_mapped(&made.picture.image, args.exposure).write(path),
+    };
+    let Err(error) = to(&args.output) else {
+        return Ok(());
+    };
+    let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
+    name.push(args.output.file_name().unwrap_or_default());
+    let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
+    for place in places
+        .into_iter()
+        .flatten()
+        .map(|folder| folder.join(&name))
+    {
+        if to(&place).is_ok() {
+            return Err(Error::Elsewhere {
+                place,
+                error: Box::new(error),
+            });
+        }
+    }
+    match &args.checkpoint {
+        Some(checkpoint) => Err(Error::Kept {
+            checkpoint: checkpoint.clone(),
+            error: Box::new(error),
+        }),
+        None => Err(error),
+    }
+}
+
+/// All layers to `path`.
+fn exr(path: &Path, made: &Made) -> Result<()> {
+    let Made {
+        args,
+        picture,
+        hits,
+        film,
+        stats,
+    } = made;
+    let mut layers = Layers::default();
+    layers.picture(&picture.image);
+    if let Some(error) = &picture.error {
+        layers.colour("error", &error.standard);
+    }
+    // Both halves together, and half A: half B is the rest.
+    for (prefix, halves) in [("", Halves::Both), (HALF_A, Halves::A)] {
+        let e = film.estimate(halves);
+        let mut colour = |name: &str, image| layers.colour(&format!("{prefix}{name}"), image);
+        colour("primal", &e.primal);
+        colour("primal_variance", &e.primal_variance);
+        if args.method == Method::Gpt {
+            colour("dx", &e.dx);
+            colour("dy", &e.dy);
+            colour("dx_variance", &e.dx_variance);
+            colour("dy_variance", &e.dy_variance);
+        }
+        colour("direct", &film.direct(halves));
+    }
+    layers.colour("albedo", &hits.albedo);
+    layers.vector("normal", &hits.normal);
+    layers.channel("depth.Z", hits.depth.clone());
+    layers.channel("samples.dropped", hits.dropped.clone());
+    let total = (film.samples[0] + film.samples[1]) as f32;
+    layers.channel(
+        "samples.count",
+        hits.dropped.iter().map(|d| total - d).collect(),
+    );
+    layers.attribute("gdpt.version", stats.version);
+    layers.attribute("gdpt.scene", stats.scene.clone());
+    layers.attribute("gdpt.scene_hash", stats.scene_hash.clone());
+    layers.attribute("gdpt.samples", stats.samples.to_string());
+    layers.attribute(
+        "gdpt.seconds",
+        format!("{:.3}", stats.seconds_tracing + stats.seconds_solving),
+    );
+    for (name, value) in &stats.settings {
+        layers.attribute(&format!("gdpt.{name}"), value.clone());
+    }
+    layers.write(path, picture.image.width, picture.image.height)
+}

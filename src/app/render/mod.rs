@@ -1,0 +1,232 @@
+//! `gdpt render` from flags to files.
+
+mod error_check;
+mod files;
+mod limits;
+mod saving;
+
+use super::{Ended, Format, SceneFlags, load_scene, reconstruction, thread_pool};
+use crate::checkpoint::Progress;
+use crate::cli::{Reconstruct, RenderArgs};
+use crate::error::{Error, Result, Warnings};
+use crate::film::{BYTES_PER_PIXEL, Film};
+use crate::load::sidecar::CameraTable;
+use crate::output::{self, png::Pixels, stats::Stats};
+use crate::path::{Counts, PathSettings};
+use crate::picture;
+use crate::progress::Reporter;
+use crate::render::{Ending, Job, Method, TILE_SIZE};
+use crate::scene::Scene;
+use error_check::ErrorCheck;
+use files::Made;
+use saving::Saving;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders a scene. `stop` is asked between passes whether to end early.
+pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
+    // Everything that can be refused is refused before the scene is read.
+    let limits = limits::of_flags(args)?;
+    let format = Format::of(&args.output)?;
+    if let Some(preview) = &args.preview
+        && Format::of(preview)? != Format::Png
+    {
+        return Err(Error::input(preview, None, "--preview writes a .png"));
+    }
+    let outputs = [
+        Some(&args.output),
+        args.preview.as_ref(),
+        args.stats.as_ref(),
+    ];
+    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
+    output::check_outputs(&args.scene, &outputs)?;
+    let pool = thread_pool(args.threads)?;
+    let mut warnings = Warnings::new(args.strict);
+    saving::check(args)?;
+    let method = reconstruction(reconstruct(args), args.alpha, &mut warnings)?;
+
+    // Scene.
+    let start = Instant::now();
+    let mut reporter = Reporter::new(args.quiet);
+    let scene = load(args, &mut warnings)?;
+    let seconds_loading = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let tracer = args
+        .backend
+        .build(&scene.mesh, pool.current_num_threads())?;
+    let seconds_building = start.elapsed().as_secs_f64();
+    reporter.warnings(warnings.list());
+
+    // Film, and what a checkpoint holds of it.
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    limits::memory(width, height)?;
+    let mut film = Film::new(width, height, TILE_SIZE);
+    let mut settings = settings(args);
+    let mut saving = Saving::new(args, &scene, &settings);
+    if let Some(samples) = saving.resume(&mut film)? {
+        reporter.say(&format!("going on from {samples} samples"));
+    }
+
+    // Paths.
+    let job = Job {
+        scene: &scene,
+        tracer: &*tracer,
+        method: args.method,
+        settings: PathSettings {
+            depth: args.depth,
+            seed: args.seed,
+            points: args.sampler,
+            weights: args.weights,
+        },
+        limits: saving.left(limits),
+    };
+    reporter.start(&job.limits);
+    let mut check = ErrorCheck::new(args.error);
+    let mut ask = |film: &Film, counts: &Counts| {
+        saving.now_and_then(film, counts);
+        if stop() {
+            Some(Ending::Interrupted)
+        } else {
+            check.reached(film, method).then_some(Ending::Error)
+        }
+    };
+    let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
+    let Progress { counts, seconds } = saving.end(&film, &outcome);
+    let interrupted = outcome.ended == Ending::Interrupted;
+    reporter.end_tracing();
+    if film.samples == [0; 2] {
+        let _ = writeln!(
+            std::io::stderr(),
+            "ended before the first pass; nothing is written"
+        );
+        return Ok(Ended::Interrupted);
+    }
+    let hits = film.first_hits();
+    // Under --strict these end the program too, once the picture is written.
+    let mut late = saving.complaints();
+    if counts.rays[0] > 0 && hits.depth.iter().all(|&d| d == 0.0) {
+        let message = "the camera sees nothing of the scene; check --origin, --target and --up";
+        late.push(message.to_owned());
+    }
+    if counts.dropped > 0 {
+        late.push(dropped(&counts, args.seed));
+    }
+    reporter.warnings(&late);
+
+    // Picture.
+    let picture = match check.last {
+        // The film has not changed since.
+        Some(picture) if outcome.ended == Ending::Error => picture,
+        _ => pool.install(|| picture::of_film(&film, method)),
+    };
+
+    // Files.
+    let (name, alpha) = picture::describe(method);
+    settings.insert("reconstruct", name.to_owned());
+    if !alpha.is_empty() {
+        settings.insert("alpha", alpha);
+    }
+    let mut stats = Stats {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: args.scene.display().to_string(),
+        scene_hash: format!("{:016x}", scene.hash()),
+        settings,
+        width,
+        height,
+        triangles: scene.mesh.triangles.len(),
+        samples: film.samples[0] + film.samples[1],
+        interrupted,
+        ended: outcome.ended.name(),
+        seconds_loading,
+        seconds_building,
+        seconds_tracing: seconds,
+        seconds_solving: picture.seconds,
+        solver_iterations: picture.solution.iterations,
+        solver_residual: picture.solution.residual,
+        estimated_rel_mse: picture.error.as_ref().map(|e| e.rel_mse),
+        rays: BTreeMap::new(),
+        mrays_per_second: 0.0,
+        dead_shifts: BTreeMap::new(),
+        dropped: 0,
+        film_bytes_per_pixel: BYTES_PER_PIXEL,
+        warnings: [warnings.list(), &late].concat(),
+    };
+    stats.count(&counts);
+    let made = Made {
+        args,
+        picture: &picture,
+        hits: &hits,
+        film: &film,
+        stats: &stats,
+    };
+    files::write(&made, format)?;
+    if let Some(path) = &args.preview {
+        Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
+    }
+    if let Some(path) = &args.stats {
+        stats.write(path)?;
+    }
+    reporter.summary(&stats, &args.output);
+    if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
+        return Err(Error::Strict(first));
+    }
+    Ok(if interrupted {
+        Ended::Interrupted
+    } else {
+        Ended::Done
+    })
+}
+
+fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
+    let camera = CameraTable {
+        origin: args.origin,
+        target: args.target,
+        up: args.up,
+        fov: args.fov,
+    };
+    let flags = SceneFlags {
+        camera,
+        size: args.size,
+        environment: args.environment,
+        roughness_threshold: args.roughness_threshold,
+    };
+    load_scene(&args.scene, flags, warnings)
+}
+
+/// The method of reconstruction that is meant where none is named.
+fn reconstruct(args: &RenderArgs) -> Reconstruct {
+    args.reconstruct.unwrap_or(match args.method {
+        Method::Pt => Reconstruct::None,
+        Method::Gpt => Reconstruct::Weighted,
+    })
+}
+
+/// What is said of samples that were not finite, with what renders the first of them again.
+fn dropped(counts: &Counts, seed: u64) -> String {
+    let first = counts.first_dropped.iter().flatten();
+    let first: Vec<String> = first
+        .map(|(x, y, sample)| format!("--pixel {x},{y} --sample {sample}"))
+        .collect();
+    format!(
+        "{} samples were not finite and dropped; with --seed {seed}, {} shows what happened",
+        counts.dropped,
+        first.join(" or ")
+    )
+}
+
+/// The settings that the film depends on, by name.
+fn settings(args: &RenderArgs) -> BTreeMap<&'static str, String> {
+    let mut map = BTreeMap::new();
+    let lower = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
+    map.insert("method", lower(&args.method));
+    map.insert("weights", lower(&args.weights));
+    map.insert("depth", args.depth.to_string());
+    map.insert("sampler", lower(&args.sampler));
+    map.insert("seed", args.seed.to_string());
+    map.insert("roughness_threshold", args.roughness_threshold.to_string());
+    map.insert("filter", lower(&args.filter));
+    map.insert("backend", args.backend.name().to_owned());
+    map
+}
