@@ -390,7 +390,8 @@ relMSE is the mean of the squared error over the square of the reference + 0.01;
 without the worst 0.1 % of pixels. The noise of one reference counts as error. With two that are
 independent (other seeds) and of the same quality, it cancels: (image - ref 1)(image - ref 2) is
 an unbiased estimate of the squared error, and ± is the 95 % interval that the references' noise
-leaves, for this image. PSNR and SSIM are those of the pictures as PNG shows them (sRGB).
+leaves, for this image (for relMSE, where the references' noise is small against their values).
+PSNR and SSIM are those of the pictures as PNG shows them (sRGB).
 
 Examples:
   gdpt compare out.exr reference.exr

@@ -20,7 +20,8 @@ pub enum Points {
     /// Evenly, so that the error falls faster than one over the samples.
     #[default]
     Sobol,
-    /// Independently of one another, as the error theory has it.
+    /// Independently of one another. Within a pass all pixels share the position inside the pixel even so,
+    /// as the offset paths need it.
     Independent,
 }
 

@@ -199,7 +199,7 @@ fn ctrl_c_writes_what_there_is_and_exits_with_130() {
             "--size",
             "64x64",
             "--spp",
-            "100000000",
+            "16000000",
             "-o",
         ])
         .arg(&output)

@@ -61,7 +61,7 @@ fn a_scene_has_a_table_and_figures() {
     assert_eq!(coefficients, 32.0 * 24.0 - 1.0);
     // α = 0.2, which is asked for by default, is better than the primal at the highest frequency.
     let last = &rows[rows.len() - 1];
-    assert!(last[column("alpha_0.2000")] < 0.5 * last[column("primal")]);
+    assert!(last[column("alpha_0.2")] < 0.5 * last[column("primal")]);
 }
 
 #[test]

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 const RUNS: u64 = 10_000;
 
 /// Compares measured with predicted errors in all bins. With a standard deviation of 1 %, a deviation of
-/// 5 % in one of the 33·5 bins of a test happens with a probability of 1e-4; 10 % is what is asked.
+/// 5 % in one of the 33·5 bins of a test happens with a probability of 1e-4. Asked are 10 %; 5 % are tested.
 fn compare(what: &str, measured: &[Errors], predicted: impl Fn(&Errors) -> Vec<(f64, f64)>) {
     assert_eq!(measured.len(), FREQUENCIES);
     for errors in measured {

@@ -12,7 +12,7 @@ use crate::gradient::Weights;
 use crate::image::Image;
 use crate::load::sidecar::CameraTable;
 use crate::output::png::Pixels;
-use crate::output::{colour_map, write_whole};
+use crate::output::{check_outputs, colour_map, write_whole};
 use crate::path::PathSettings;
 use crate::picture;
 use crate::progress::Steps;
@@ -22,6 +22,7 @@ use crate::scene::Scene;
 use crate::trace::{Backend, Traverse};
 use std::io::Write;
 use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
 
 /// Seeds of the references, far from those of the runs.
 const REFERENCE_SEEDS: [u64; 2] = [0x7265_6665_7265_6e63, 0x7265_6665_7265_6e64];
@@ -46,6 +47,12 @@ struct Plan<'a> {
 /// Measures error against time. `stop` is asked between passes whether to end early.
 pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
     let plan = Plan::new(args, stop)?;
+    let mut warnings = Warnings::new(args.strict);
+    let scenes = args
+        .scenes
+        .iter()
+        .map(|path| load(args, path, &mut warnings));
+    let scenes = scenes.collect::<Result<Vec<(String, Scene)>>>()?;
     let mut rows = Vec::new();
     let mut reports = Vec::new();
     let seconds = plan.seconds() * args.scenes.len() as f64;
@@ -55,8 +62,11 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
         "about {minutes} min, less what is kept from before; Ctrl-C keeps what is finished"
     ));
     let mut ended = Ended::Done;
-    for path in &args.scenes {
-        match plan.scene(path, &mut rows, &mut steps)? {
+    for warning in warnings.list() {
+        steps.say(&format!("warning: {warning}"));
+    }
+    for (name, scene) in &scenes {
+        match plan.scene(name, scene, &mut rows, &mut steps)? {
             Some(report) => reports.push(report),
             None => {
                 ended = Ended::Interrupted;
@@ -65,19 +75,39 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
         }
     }
     steps.end();
-    if rows.is_empty() {
-        let _ = writeln!(
-            std::io::stderr(),
-            "ended before the first run; nothing is written"
-        );
-        return Ok(ended);
-    }
-    plan.write(&rows, &reports)?;
     if ended == Ended::Interrupted {
         let message = "interrupted; finished runs are kept: the same command goes on from there";
         let _ = writeln!(std::io::stderr(), "{message}");
+        return Ok(ended);
     }
+    plan.write(&rows, &reports)?;
     Ok(ended)
+}
+
+/// A scene with its name.
+fn load(args: &ChartArgs, path: &Path, warnings: &mut Warnings) -> Result<(String, Scene)> {
+    let flags = SceneFlags {
+        camera: CameraTable::default(),
+        size: args.size,
+        environment: None,
+        roughness_threshold: ROUGHNESS_THRESHOLD,
+    };
+    let stem = path.file_stem().unwrap_or_default();
+    Ok((
+        stem.to_string_lossy().into_owned(),
+        load_scene(path, flags, warnings)?,
+    ))
+}
+
+/// What `values` holds, each once.
+fn distinct<T: PartialEq + Copy>(values: &[T]) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for &value in values {
+        if !distinct.contains(&value) {
+            distinct.push(value);
+        }
+    }
+    distinct
 }
 
 impl<'a> Plan<'a> {
@@ -102,7 +132,7 @@ impl<'a> Plan<'a> {
             }
         }
         let mut reconstructions = Vec::new();
-        for method in &args.methods {
+        for method in distinct(&args.methods) {
             let flag = match method {
                 ChartMethod::Pt => continue,
                 ChartMethod::L2 => Reconstruct::L2,
@@ -113,7 +143,7 @@ impl<'a> Plan<'a> {
             reconstructions.push(reconstruction(flag, alpha, &mut Warnings::new(true))?);
         }
         let mut tracings = Vec::new();
-        for &backend in &args.backends {
+        for backend in distinct(&args.backends) {
             let tracing = |method, weights| Tracing {
                 method,
                 weights,
@@ -123,14 +153,23 @@ impl<'a> Plan<'a> {
                 tracings.push(tracing(Method::Pt, Weights::Mis));
             }
             if !reconstructions.is_empty() {
-                tracings.extend(args.weights.iter().map(|&w| tracing(Method::Gpt, w)));
+                tracings.extend(
+                    distinct(&args.weights)
+                        .into_iter()
+                        .map(|w| tracing(Method::Gpt, w)),
+                );
             }
+        }
+        let store = Store::new(args.output.join("cache"))?;
+        let page = args.output.join("report.html");
+        for scene in &args.scenes {
+            check_outputs(scene, &[&page])?;
         }
         let run_seconds = args.time.as_secs_f64();
         Ok(Self {
             args,
             pool: thread_pool(args.threads)?,
-            store: Store::new(args.output.join("cache"))?,
+            store,
             reconstructions,
             tracings,
             run_seconds,
@@ -150,27 +189,15 @@ impl<'a> Plan<'a> {
     /// Measures one scene; `None` if it was interrupted.
     fn scene(
         &self,
-        path: &Path,
+        name: &str,
+        scene: &Scene,
         rows: &mut Vec<Row>,
         steps: &mut Steps,
     ) -> Result<Option<SceneReport>> {
-        let stem = path.file_stem().unwrap_or_default();
-        let name = stem.to_string_lossy().into_owned();
-        let flags = SceneFlags {
-            camera: CameraTable::default(),
-            size: self.args.size,
-            environment: None,
-            roughness_threshold: ROUGHNESS_THRESHOLD,
-        };
-        let mut warnings = Warnings::new(self.args.strict);
-        let scene = load_scene(path, flags, &mut warnings)?;
-        let warnings = warnings.list().iter();
-        warnings.for_each(|w| steps.say(&format!("warning: {w}")));
-
         // References.
         let backend = self.args.backends.first().copied();
         let backend = backend.unwrap_or(Backend::DEFAULT);
-        let tracer = self.build(&scene, backend)?;
+        let tracer = self.build(scene, backend)?;
         let mut references = Vec::new();
         for (index, seed) in REFERENCE_SEEDS.into_iter().enumerate() {
             steps.begin(&format!("{name}: reference {} of 2", index + 1));
@@ -179,7 +206,7 @@ impl<'a> Plan<'a> {
                 weights: Weights::Mis,
                 backend,
             };
-            let run = self.run(&scene, &*tracer, tracing, seed, self.reference_seconds);
+            let run = self.run(scene, &*tracer, tracing, seed, self.reference_seconds);
             let what = format!("{name}-reference-{}", index + 1);
             let key = self.key(&run);
             let kept = self.store.images(&what, &key, &[""]);
@@ -214,12 +241,12 @@ impl<'a> Plan<'a> {
                 heat: None,
             }],
             differences: Vec::new(),
-            name: name.clone(),
+            name: name.to_owned(),
         };
         let mut built = (backend, tracer);
         for &tracing in &self.tracings {
             if built.0 != tracing.backend {
-                built = (tracing.backend, self.build(&scene, tracing.backend)?);
+                built = (tracing.backend, self.build(scene, tracing.backend)?);
             }
             for seed in 0..self.args.seeds {
                 let label = [name_of(tracing.method), name_of(tracing.weights)].join(" ");
@@ -229,8 +256,8 @@ impl<'a> Plan<'a> {
                     seed + 1,
                     self.args.seeds
                 ));
-                let run = self.run(&scene, &*built.1, tracing, seed, self.run_seconds);
-                let Some((found, images)) = self.measure(&name, &run, references)? else {
+                let run = self.run(scene, &*built.1, tracing, seed, self.run_seconds);
+                let Some((found, images)) = self.measure(name, &run, references)? else {
                     return Ok(None);
                 };
                 if seed == 0 {
@@ -301,8 +328,11 @@ impl<'a> Plan<'a> {
             run.tracing.backend.name(),
             run.settings.seed
         );
-        let reference_key = (self.args.reference, self.reference_seconds);
-        let key = format!("{} {reconstructions:?} {reference_key:?}", self.key(run));
+        let key = format!(
+            "{} {reconstructions:?} {:016x}",
+            self.key(run),
+            hash(references)
+        );
         let names = || reconstructions.iter().map(|&m| picture::describe(m).0);
         let layers: Vec<&str> = names().chain(["dx", "dy"]).collect();
         let with_pictures = run.settings.seed == 0;
@@ -417,6 +447,13 @@ impl<'a> Plan<'a> {
             ("threads", self.pool.current_num_threads().to_string()),
         ]
     }
+}
+
+/// A fingerprint of references.
+fn hash(references: References) -> u64 {
+    let mean = references.mean();
+    let values = mean.channels.iter().flatten();
+    xxh3_64(&values.flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
 }
 
 /// The gains of a scene for the terminal.

@@ -40,10 +40,6 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
     for input in paths() {
         output::check_outputs(input, &outputs)?;
     }
-    if args.second.as_ref() == Some(&args.reference) {
-        let message = "is named for both references, which must be independent of one another";
-        return Err(Error::input(&args.reference, None, message));
-    }
 
     let image = picture(&args.image)?;
     let of_same_size = |path: &Path| {
@@ -63,6 +59,12 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
     };
     let first = of_same_size(&args.reference)?;
     let second = args.second.as_deref().map(of_same_size).transpose()?;
+    if second.as_ref() == Some(&first) {
+        let message =
+            "is the same picture as the first reference: two must be independent, of other seeds";
+        let path = args.second.as_ref().unwrap_or(&args.reference);
+        return Err(Error::input(path, None, message));
+    }
     let references = match &second {
         Some(second) => References::Two(&first, second),
         None => References::One(&first),
@@ -122,18 +124,23 @@ fn table(c: &Comparison) -> String {
         measured(&c.rel_mse)
     );
     text += &format!("  trimmed        {:.4e}\n", c.rel_mse_trimmed);
+    let share = c.rel_bias.map(|b| format!(" ({:+.3} %)", b * 100.0));
     text += &format!(
-        "bias             {:+.4e} ({:+.3} %)\n",
+        "bias             {:+.4e}{}\n",
         c.bias,
-        c.rel_bias * 100.0
+        share.unwrap_or_default()
     );
     text += &format!("PSNR             {:.2} dB\n", c.psnr);
     if let Some(ssim) = c.ssim {
         text += &format!("SSIM             {ssim:.5}\n");
     }
-    if c.mse.interval.is_none() {
-        text +=
-            "with one reference, its own noise counts as error; give a second one to take it out\n";
-    }
+    text += match c.mse.interval {
+        None => {
+            "with one reference, its own noise counts as error; give a second one to take it out\n"
+        }
+        Some(_) => {
+            "PSNR and SSIM are against the mean of the references, whose noise counts there\n"
+        }
+    };
     text
 }

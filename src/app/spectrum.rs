@@ -5,7 +5,7 @@ use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
 use crate::load::sidecar::CameraTable;
-use crate::output::{colour_map, write_whole};
+use crate::output::{check_outputs, colour_map, write_whole};
 use crate::path::{Counts, PathSettings};
 use crate::progress::Steps;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
@@ -30,6 +30,9 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
     }
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "cannot be made"))?;
+    if let Some(scene) = &args.scene {
+        check_outputs(scene, &[&folder.join("spectrum.csv")])?;
+    }
     let pool = thread_pool(args.threads)?;
     let Some(path) = &args.scene else {
         let text = pool.install(|| one_dimension(folder))?;
@@ -58,6 +61,10 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
         let _ = writeln!(std::io::stderr(), "interrupted; nothing is written");
         return Ok(Ended::Interrupted);
     };
+    if measured.variances.primal <= 0.0 {
+        let message = "has no light but what is seen directly: there are no errors to measure";
+        return Err(Error::input(path, None, message));
+    }
     let stem = path.file_stem().unwrap_or_default();
     let text = write(args, &stem.to_string_lossy(), &scene, &measured)?;
     print(args, &text);
@@ -115,12 +122,13 @@ fn write(args: &SpectrumArgs, name: &str, scene: &Scene, measured: &Measured) ->
     let folder = &args.output;
     let file = |what: &str| folder.join(format!("{name}-{what}"));
     let best = measured.variances.best_alpha();
-    let alphas: Vec<f64> = [0.0]
-        .iter()
-        .chain(&args.alphas)
-        .chain([&best])
-        .copied()
-        .collect();
+    let mut alphas = vec![0.0];
+    for &alpha in args.alphas.iter().filter(|&&a| a != best) {
+        if !alphas.contains(&alpha) {
+            alphas.push(alpha);
+        }
+    }
+    alphas.push(best);
     let bins = table::bins(measured, &alphas, BINS_PER_OCTAVE);
     let octaves = table::bins(measured, &alphas, 1);
     write_csv(&file("spectrum.csv"), &bins, &alphas)?;
@@ -161,7 +169,7 @@ fn write_csv(path: &Path, bins: &[Bin], alphas: &[f64]) -> Result<()> {
     .into();
     for alpha in alphas {
         for kind in ["", "_predicted", "_if_independent"] {
-            head.push(format!("alpha_{alpha:.4}{kind}"));
+            head.push(format!("alpha_{alpha}{kind}"));
         }
     }
     write_whole(path, |file| {

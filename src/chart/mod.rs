@@ -49,14 +49,14 @@ pub struct Row {
     pub seconds_solving: f64,
     /// Relative squared error.
     pub rel_mse: f64,
-    /// Half of its 95 % interval, of the references' noise.
-    pub rel_mse_interval: f64,
+    /// Half of its 95 % interval, of the references' noise, which all rows of a scene share.
+    pub rel_mse_interval: Option<f64>,
     /// The same error without the worst 0.1 % of pixels.
     pub rel_mse_trimmed: f64,
     /// Squared error.
     pub mse: f64,
-    /// Mean of image minus reference, as a share of the reference's mean.
-    pub rel_bias: f64,
+    /// Mean of image minus reference, as a share of the reference's mean; none for a black reference.
+    pub rel_bias: Option<f64>,
 }
 
 /// All rows of one way to render, over samples and seeds.

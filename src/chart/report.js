@@ -46,15 +46,16 @@ for (const viewer of document.querySelectorAll(".viewer")) {
 
   stage.addEventListener("wheel", (event) => {
     event.preventDefault();
+    if (event.deltaY === 0) return;
     const box = stage.getBoundingClientRect();
     zoom(event.deltaY < 0 ? 1.25 : 0.8, event.clientX - box.left, event.clientY - box.top);
   }, { passive: false });
   // Dragging moves the divider, or with shift or the middle button the picture.
   stage.addEventListener("pointerdown", (event) => {
     stage.setPointerCapture(event.pointerId);
-    move(event);
+    if (event.button === 0 && !event.shiftKey) move(event);
   });
-  stage.addEventListener("pointermove", (event) => event.buttons && move(event));
+  stage.addEventListener("pointermove", (event) => [1, 4].includes(event.buttons) && move(event));
   function move(event) {
     if (event.type === "pointermove" && (event.shiftKey || event.buttons === 4)) {
       x += event.movementX;

@@ -122,7 +122,7 @@ fn viewer(views: &[View]) -> std::io::Result<Markup> {
     };
     let width = first.picture.width;
     // Path tracing against what is thought best.
-    let (left, right) = (1.min(views.len() - 1), views.len() - 1);
+    let (left, right) = (usize::from(views.len() > 2), views.len() - 1);
     let choice = |class: &str, chosen: usize| {
         html! {
             select class=(class) {
@@ -208,14 +208,14 @@ fn last_errors(curves: &[Curve]) -> Markup {
         statistics::mean(&values)
     };
     html! {
-        h3 { "At the end of the runs (means over the seeds)" }
+        h3 { "At the end of the runs (means over the seeds; ± does not know of the references' noise)" }
         table {
             tr {
                 th { "method" } th { "samples" } th { "seconds" } th { "solving" } th { "relMSE" }
                 th { "trimmed" } th { "bias" }
             }
             @for Curve { name, rows } in curves {
-                @let bias = of(rows, |r| 100.0 * r.rel_bias);
+                @let bias = of(rows, |r| 100.0 * r.rel_bias.unwrap_or(0.0));
                 tr {
                     th { (name) }
                     td { (format!("{:.0}", of(rows, |r| r.samples as f64).value)) }

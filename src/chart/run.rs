@@ -117,7 +117,7 @@ impl Run<'_> {
                     seconds: tracing + picture.seconds,
                     seconds_solving: picture.seconds,
                     rel_mse: found.rel_mse.value,
-                    rel_mse_interval: found.rel_mse.interval.unwrap_or(f64::NAN),
+                    rel_mse_interval: found.rel_mse.interval,
                     rel_mse_trimmed: found.rel_mse_trimmed,
                     mse: found.mse.value,
                     rel_bias: found.rel_bias,

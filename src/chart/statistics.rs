@@ -120,7 +120,7 @@ const LATE: f64 = 1.1;
 fn error_at(rows: &[&Row], seconds: f64) -> Option<f64> {
     let last = rows.last()?;
     if (last.seconds..=last.seconds * LATE).contains(&seconds) {
-        return Some(last.rel_mse);
+        return Some(last.rel_mse).filter(|&e| e > 0.0);
     }
     let pair = rows
         .windows(2)
@@ -132,7 +132,7 @@ fn error_at(rows: &[&Row], seconds: f64) -> Option<f64> {
         0.0
     };
     let error = (a.1 + share * (b.1 - a.1)).exp();
-    error.is_finite().then_some(error)
+    (error > 0.0 && error.is_finite()).then_some(error)
 }
 
 /// How many times lower the error of `rows` is than that of `baseline` after `seconds`: the geometric

@@ -16,18 +16,24 @@ use xxhash_rust::xxh3::xxh3_64;
 #[derive(Debug)]
 pub struct Store {
     folder: PathBuf,
+    /// Of this program: another one may render, measure or be as fast otherwise.
+    program: u64,
 }
 
 impl Store {
     /// The folder, which is made if it is not there.
     pub fn new(folder: PathBuf) -> Result<Self> {
         fs::create_dir_all(&folder).map_err(Error::io(&folder, "cannot be made"))?;
-        Ok(Self { folder })
+        let program = std::env::current_exe().and_then(fs::read);
+        Ok(Self {
+            folder,
+            program: program.map_or(0, |bytes| xxh3_64(&bytes)),
+        })
     }
 
-    /// The file for `what`, which depends on `key` and on this program's version.
+    /// The file for `what`, which depends on `key` and on this program.
     fn file(&self, what: &str, key: &str, extension: &str) -> PathBuf {
-        let hash = xxh3_64(format!("{} {key}", env!("CARGO_PKG_VERSION")).as_bytes());
+        let hash = xxh3_64(format!("{:016x} {key}", self.program).as_bytes());
         let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
         let what: String = what.chars().map(plain).collect();
         self.folder.join(format!("{what}-{hash:016x}.{extension}"))

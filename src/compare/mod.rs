@@ -9,6 +9,7 @@ pub use similarity::{psnr, ssim};
 
 use crate::image::Image;
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Added to the square of the reference in relMSE.
 pub const EPSILON: f64 = 0.01;
@@ -16,8 +17,6 @@ pub const EPSILON: f64 = 0.01;
 const WORST: f64 = 0.001;
 /// Side of the squares over which errors of the references may be correlated.
 const BLOCK: usize = 16;
-/// A normal distribution is within this many standard deviations with a probability of 0.95.
-const Z_95: f64 = 1.96;
 
 /// References for the same picture.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +33,8 @@ pub struct Measured {
     /// The estimate. That of an error that is far below the references' noise may be negative.
     pub value: f64,
     /// Half of the 95 % interval around it: what the references' noise makes uncertain, for this image.
-    /// Of one reference nothing is known.
+    /// Of one reference nothing is known. For relMSE it leaves out that noisy references have noisy squares
+    /// to divide by, which matters where they are dark.
     pub interval: Option<f64>,
 }
 
@@ -49,8 +49,8 @@ pub struct Comparison {
     pub rel_mse_trimmed: f64,
     /// Mean of image minus reference.
     pub bias: f64,
-    /// The same as a share of the reference's mean.
-    pub rel_bias: f64,
+    /// The same as a share of the reference's mean; `None` for a black reference.
+    pub rel_bias: Option<f64>,
     /// Peak signal-to-noise ratio in decibels, of the pictures in sRGB.
     pub psnr: f64,
     /// Structural similarity of the pictures' luma in sRGB, at most 1; `None` for pictures smaller than its
@@ -96,6 +96,8 @@ struct PixelErrors {
     /// Half the difference between what the two references say alone, of which see [`interval`].
     spread: Vec<f64>,
     relative_spread: Vec<f64>,
+    /// By what pixels are called the worst: not by the product, whose noise would choose too.
+    badness: Vec<f64>,
 }
 
 impl PixelErrors {
@@ -108,6 +110,7 @@ impl PixelErrors {
             relative: zeros(),
             spread: zeros(),
             relative_spread: zeros(),
+            badness: zeros(),
         };
         for c in 0..3 {
             for i in 0..pixels {
@@ -120,6 +123,7 @@ impl PixelErrors {
                 let relative = weight / (reference * reference + EPSILON);
                 errors.squared[i] += weight * e1 * e2;
                 errors.relative[i] += relative * e1 * e2;
+                errors.badness[i] += relative * (e1 * e1 + e2 * e2);
                 let spread = 0.5 * (e1 * e1 - e2 * e2);
                 errors.spread[i] += weight * spread;
                 errors.relative_spread[i] += relative * spread;
@@ -146,9 +150,9 @@ pub fn compare(image: &Image, references: References) -> Comparison {
     Comparison {
         mse: measured(&errors.squared, &errors.spread),
         rel_mse: measured(&errors.relative, &errors.relative_spread),
-        rel_mse_trimmed: trimmed(&errors.relative),
+        rel_mse_trimmed: trimmed(&errors),
         bias,
-        rel_bias: bias / mean_of(&reference),
+        rel_bias: Some(bias / mean_of(&reference)).filter(|b| b.is_finite()),
         psnr: psnr(image, &reference),
         ssim: ssim(image, &reference),
     }
@@ -166,11 +170,10 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Half of the 95 % interval of the mean of (I − R₁)(I − R₂).
 ///
-/// With s and d the sum and the difference of the references' noise, independent where both are of one
-/// quality, and C its covariance, products at pixels i and j with errors e have the covariance
+/// With C the covariance of the references' noise, and if it is normal and of one quality in both, products at pixels i and j with errors e have the covariance
 /// 2C e_i e_j + C². This is also the mean of q_i q_j for the spread q = ((I − R₁)² − (I − R₂)²)/2, so
 /// the square of the sum of q estimates the variance of the sum of products: over blocks, as far as the
-/// noise of a reconstructed reference is correlated.
+/// noise of a reconstructed reference is correlated. Few blocks that count know it badly: Student's t.
 fn interval(spread: &[f64], width: usize) -> f64 {
     let columns = width.div_ceil(BLOCK);
     let height = spread.len() / width;
@@ -179,13 +182,21 @@ fn interval(spread: &[f64], width: usize) -> f64 {
         blocks[i / width / BLOCK * columns + i % width / BLOCK] += q;
     }
     let variance: f64 = blocks.iter().map(|q| q * q).sum();
-    Z_95 * variance.sqrt() / spread.len() as f64
+    if variance == 0.0 {
+        return 0.0;
+    }
+    let fourth: f64 = blocks.iter().map(|q| q.powi(4)).sum();
+    let freedom = variance * variance / fourth;
+    let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+    quantile * variance.sqrt() / spread.len() as f64
 }
 
 /// The mean without the worst pixels.
-fn trimmed(errors: &[f64]) -> f64 {
-    let mut sorted = errors.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let kept = errors.len() - (errors.len() as f64 * WORST) as usize;
-    mean(&sorted[..kept])
+fn trimmed(errors: &PixelErrors) -> f64 {
+    let mut order: Vec<usize> = (0..errors.relative.len()).collect();
+    order.sort_by(|&a, &b| errors.badness[a].total_cmp(&errors.badness[b]));
+    let kept = order.len() - (order.len() as f64 * WORST) as usize;
+    order.truncate(kept);
+    let sum: f64 = order.iter().map(|&i| errors.relative[i]).sum();
+    sum / kept as f64
 }
