@@ -93,6 +93,8 @@ Examples:
   gdpt render scene.obj -o out.exr --error 0.001       until the estimated relMSE is that small
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
+  gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
+  gdpt render scene.obj --pixel 12,40 --sample 7       tell how this sample comes about
 
 Exit codes: 0 done; 1 failed, or a setting that is not possible; 2 flags that cannot be read;
 130 ended by Ctrl-C (what there was is written).")]
@@ -101,8 +103,8 @@ pub struct RenderArgs {
     pub scene: PathBuf,
 
     /// Where the picture goes: .exr (all layers, 32-bit float) or .png (tone-mapped)
-    #[arg(short, long)]
-    pub output: PathBuf,
+    #[arg(short, long, required_unless_present = "pixel")]
+    pub output: Option<PathBuf>,
 
     /// Also write a tone-mapped PNG
     #[arg(long, value_name = "FILE")]
@@ -208,6 +210,14 @@ pub struct RenderArgs {
     /// Brighten PNG pictures by this many stops
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
+
+    /// In place of a picture, tell how one sample of this pixel comes about, vertex by vertex
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "output")]
+    pub pixel: Option<(u32, u32)>,
+
+    /// The sample of that pixel
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "pixel")]
+    pub sample: u64,
 
     /// Warnings are errors
     #[arg(long)]
@@ -528,6 +538,13 @@ fn size(text: &str) -> Result<(u32, u32), String> {
         .split_once(['x', 'X'])
         .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     parts.ok_or_else(|| "needs two whole numbers with x between, such as 640x480".into())
+}
+
+fn pixel(text: &str) -> Result<(u32, u32), String> {
+    let parts = text
+        .split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
+    parts.ok_or_else(|| "needs column and row with a comma between, such as 12,40".into())
 }
 
 /// `90`, `90s`, `5m`, `1h30m`, `1.5m`.

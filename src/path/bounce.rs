@@ -15,27 +15,27 @@ use glam::Vec3;
 /// A base path that has scattered at x_k.
 #[derive(Clone, Debug)]
 pub(super) struct Bounce<const N: usize> {
-    scattering: Scattering,
+    pub(super) scattering: Scattering,
     /// Density of the direction, roulette included.
-    pdf: f32,
+    pub(super) pdf: f32,
     /// The ray to x_{k+1}.
     ray: u32,
     /// x_{k+1}; the environment until it is known.
-    end: End,
-    followers: [Follower; N],
+    pub(super) end: End,
+    pub(super) followers: [Follower; N],
 }
 
 /// An offset path on its way to y_{k+1}.
 #[derive(Clone, Copy, Debug)]
-struct Follower {
-    progress: Progress,
+pub(super) struct Follower {
+    pub(super) progress: Progress,
     /// The densities' ratio up to y_k: what light sampling at y_k has, whatever the segment to the
     /// light does.
     ratio: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Progress {
+pub(super) enum Progress {
     /// The shift is dead.
     Dead,
     /// It shares the segment with the base path.
@@ -78,7 +78,7 @@ impl<const N: usize> Wavefront<N> {
     }
 
     /// Samples the BSDF at x_k; paths that end leave the list.
-    fn scatter(&mut self, context: Context, k: u32) {
+    pub(super) fn scatter(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         self.bounce.clear();
         self.bounces.clear();
@@ -107,7 +107,7 @@ impl<const N: usize> Wavefront<N> {
     }
 
     /// Shifts the scattering event of each base path to its offset paths.
-    fn follow(&mut self, context: Context, k: u32) {
+    pub(super) fn follow(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         self.reconnection.clear();
         self.continuation.clear();
@@ -134,7 +134,7 @@ impl<const N: usize> Wavefront<N> {
     }
 
     /// Moves the paths to their next vertices; those that reached light are complete.
-    fn arrive(&mut self, context: Context, k: u32) {
+    pub(super) fn arrive(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         let mut index = 0;
         let Self {
@@ -152,96 +152,115 @@ impl<const N: usize> Wavefront<N> {
             if !leads_to_light(context, &bounce.end, k) {
                 return false;
             }
-            let throughput = path.throughput * bounce.scattering.eval.value * bounce.pdf.recip();
-            let (radiance, by_light) = match &bounce.end {
-                End::Surface(vertex) => {
-                    for (offset, follower) in path.offsets.iter_mut().zip(&bounce.followers) {
-                        *offset = match follower.progress {
-                            Progress::Dead => Offset::Dead,
-                            Progress::Shared(carried) => Offset::Connected(carried),
-                            Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
-                                or_dead(Err(Death::Blocked), counts)
-                            }
-                            Progress::Reconnecting { wo, carried, .. } => {
-                                Offset::Joined { wo, carried }
-                            }
-                            Progress::Copying { ray, carried } => {
-                                let direction = continuation.ray(ray).direction;
-                                let end = End::new(scene, continuation.hit(ray), direction);
-                                or_dead(shift::arrive(scene, vertex, &end, carried), counts)
-                            }
-                        };
-                    }
-                    path.vertex = *vertex;
-                    path.throughput = throughput;
-                    return true;
-                }
-                End::Light(light) => {
-                    // What light sampling would have had, over the density of BSDF sampling.
-                    let rough = path.vertex.class(scene) == Class::Rough;
-                    let by_light = rough
-                        .then(|| {
-                            solid_angle_per_area(path.vertex.position, light.position, light.ng)
-                        })
-                        .flatten()
-                        .map_or(0.0, |(_, g)| light.density / (g * bounce.pdf));
-                    (light.radiance, by_light)
-                }
-                // A constant environment is not sampled as a light.
-                End::Environment => (scene.environment, 0.0),
-            };
-
-            let base = Base {
-                value: throughput * radiance,
-                densities: 1.0 + by_light,
-            };
-            let shift = |j: usize| {
-                let follower = &bounce.followers[j];
-                let light_density = follower.ratio * by_light;
-                let reached = |carried: Carried, radiance: Vec3| Shift {
-                    value: carried.throughput * radiance,
-                    densities: carried.ratio + light_density,
-                };
-                match follower.progress {
-                    Progress::Dead => Shift::DEAD,
-                    Progress::Shared(carried) => reached(carried, radiance),
-                    // Light sampling makes the blocked path too, with value 0.
-                    Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
-                        counts.deaths[Death::Blocked as usize] += 1;
-                        Shift {
-                            value: Vec3::ZERO,
-                            densities: light_density,
+            if let End::Surface(vertex) = &bounce.end {
+                for (offset, follower) in path.offsets.iter_mut().zip(&bounce.followers) {
+                    *offset = match follower.progress {
+                        Progress::Dead => Offset::Dead,
+                        Progress::Shared(carried) => Offset::Connected(carried),
+                        Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
+                            or_dead(Err(Death::Blocked), counts)
                         }
-                    }
-                    Progress::Reconnecting { carried, .. } => reached(carried, radiance),
-                    Progress::Copying { ray, carried } => {
-                        let direction = continuation.ray(ray).direction;
-                        let end = End::new(scene, continuation.hit(ray), direction);
-                        let arrived = match (&bounce.end, &end) {
-                            (End::Environment, End::Environment) => Ok(radiance),
-                            (End::Environment, _) => Err(Death::Missed),
-                            (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),
-                        };
-                        match arrived {
-                            Ok(radiance) => reached(carried, radiance),
-                            Err(death) => {
-                                counts.deaths[death as usize] += 1;
-                                Shift::DEAD
-                            }
+                        Progress::Reconnecting { wo, carried, .. } => {
+                            Offset::Joined { wo, carried }
                         }
-                    }
+                        Progress::Copying { ray, carried } => {
+                            let direction = continuation.ray(ray).direction;
+                            let end = End::new(scene, continuation.hit(ray), direction);
+                            or_dead(shift::arrive(scene, vertex, &end, carried), counts)
+                        }
+                    };
                 }
-            };
+                path.throughput = bounce.throughput(path);
+                path.vertex = *vertex;
+                return true;
+            }
+            let (base, shifts) = bounce.complete(scene, path, reconnection, continuation, counts);
             let sample = &mut samples[path.pixel as usize];
-            gather::<N>(sample, context.settings.weights, &base, shift);
+            gather(sample, context.settings.weights, &base, &shifts);
             false
         });
     }
 }
 
+impl<const N: usize> Bounce<N> {
+    /// f/p of the base path up to x_{k+1}.
+    #[inline]
+    fn throughput(&self, path: &BasePath<N>) -> Vec3 {
+        path.throughput * self.scattering.eval.value * self.pdf.recip()
+    }
+
+    /// The complete paths where the base path reached a light or the environment, once all rays are
+    /// traced. Counts the shifts that died here.
+    #[inline]
+    pub(super) fn complete(
+        &self,
+        scene: &Scene,
+        path: &BasePath<N>,
+        reconnection: &AnyBatch,
+        continuation: &ClosestBatch,
+        counts: &mut Counts,
+    ) -> (Base, [Shift; N]) {
+        let (radiance, by_light) = match &self.end {
+            End::Light(light) => {
+                // What light sampling would have had, over the density of BSDF sampling.
+                let rough = path.vertex.class(scene) == Class::Rough;
+                let by_light = rough
+                    .then(|| solid_angle_per_area(path.vertex.position, light.position, light.ng))
+                    .flatten()
+                    .map_or(0.0, |(_, g)| light.density / (g * self.pdf));
+                (light.radiance, by_light)
+            }
+            // A constant environment is not sampled as a light.
+            _ => (scene.environment, 0.0),
+        };
+        let base = Base {
+            value: self.throughput(path) * radiance,
+            densities: 1.0 + by_light,
+        };
+        let shifts = std::array::from_fn(|j| {
+            let follower = &self.followers[j];
+            let light_density = follower.ratio * by_light;
+            let reached = |carried: Carried, radiance: Vec3| Shift {
+                value: carried.throughput * radiance,
+                densities: carried.ratio + light_density,
+            };
+            match follower.progress {
+                Progress::Dead => Shift::DEAD,
+                Progress::Shared(carried) => reached(carried, radiance),
+                // Light sampling makes the blocked path too, with value 0.
+                Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
+                    counts.deaths[Death::Blocked as usize] += 1;
+                    Shift {
+                        value: Vec3::ZERO,
+                        densities: light_density,
+                    }
+                }
+                Progress::Reconnecting { carried, .. } => reached(carried, radiance),
+                Progress::Copying { ray, carried } => {
+                    let direction = continuation.ray(ray).direction;
+                    let end = End::new(scene, continuation.hit(ray), direction);
+                    let arrived = match (&self.end, &end) {
+                        (End::Environment, End::Environment) => Ok(radiance),
+                        (End::Environment, _) => Err(Death::Missed),
+                        (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),
+                    };
+                    match arrived {
+                        Ok(radiance) => reached(carried, radiance),
+                        Err(death) => {
+                            counts.deaths[death as usize] += 1;
+                            Shift::DEAD
+                        }
+                    }
+                }
+            }
+        });
+        (base, shifts)
+    }
+}
+
 /// Whether a path that arrived at `end` as its vertex k + 1 can still gather light.
 #[inline]
-fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
+pub(super) fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
     match end {
         End::Surface(_) => k + 2 <= context.settings.depth,
         End::Light(light) => light.front,
@@ -250,7 +269,7 @@ fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
 }
 
 /// How free offset paths follow a base path to x_{k+1}.
-enum Step {
+pub(super) enum Step {
     /// They are joined to it there; rays end at this distance before the surface.
     Join(Joint, f32),
     /// They take the same direction to the environment.
@@ -261,7 +280,11 @@ enum Step {
 
 impl Step {
     #[inline]
-    fn of<const N: usize>(scene: &Scene, x: &Vertex, bounce: &Bounce<N>) -> Result<Self, Death> {
+    pub(super) fn of<const N: usize>(
+        scene: &Scene,
+        x: &Vertex,
+        bounce: &Bounce<N>,
+    ) -> Result<Self, Death> {
         if shift::way(x.class(scene), bounce.end.class(scene)) == Way::Copy {
             return Ok(Step::Copy);
         }

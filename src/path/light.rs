@@ -45,6 +45,22 @@ impl Connection {
     }
 }
 
+impl<const N: usize> LightPath<N> {
+    /// The complete paths, once the shadow rays are traced.
+    #[inline]
+    pub(super) fn resolve(&self, rays: &AnyBatch) -> (Base, [Shift; N]) {
+        let (value, densities) = self.base.resolve(rays);
+        let shifts = std::array::from_fn(|j| match &self.offsets[j] {
+            Some(connection) => {
+                let (value, densities) = connection.resolve(rays);
+                Shift { value, densities }
+            }
+            None => Shift::DEAD,
+        });
+        (Base { value, densities }, shifts)
+    }
+}
+
 impl<const N: usize> Wavefront<N> {
     pub(super) fn light_step(&mut self, context: Context, k: u32) {
         let scene = context.scene;
@@ -64,17 +80,9 @@ impl<const N: usize> Wavefront<N> {
         }
         Self::trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         for light_path in &self.light_paths {
-            let (value, densities) = light_path.base.resolve(&self.shadow);
-            let base = Base { value, densities };
-            let shift = |j: usize| match &light_path.offsets[j] {
-                Some(connection) => {
-                    let (value, densities) = connection.resolve(&self.shadow);
-                    Shift { value, densities }
-                }
-                None => Shift::DEAD,
-            };
+            let (base, shifts) = light_path.resolve(&self.shadow);
             let sample = &mut self.samples[light_path.pixel as usize];
-            gather::<N>(sample, context.settings.weights, &base, shift);
+            gather(sample, context.settings.weights, &base, &shifts);
         }
     }
 }

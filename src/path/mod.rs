@@ -7,6 +7,7 @@
 mod bounce;
 mod light;
 mod primary;
+pub mod replay;
 
 use crate::gradient::{Base, Shift, Weights};
 use crate::sampler::{self, Points, Sampler};
@@ -334,11 +335,11 @@ fn gather<const N: usize>(
     sample: &mut PixelSample,
     weights: Weights,
     base: &Base,
-    mut shift: impl FnMut(usize) -> Shift,
+    shifts: &[Shift; N],
 ) {
     sample.primal += base.primal();
-    for j in 0..N {
-        sample.to[j] += base.difference(&shift(j), weights);
+    for (to, shift) in sample.to.iter_mut().zip(shifts) {
+        *to += base.difference(shift, weights);
     }
 }
 

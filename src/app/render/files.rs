@@ -14,6 +14,7 @@ use std::path::Path;
 /// What a render has made.
 pub(super) struct Made<'a> {
     pub(super) args: &'a RenderArgs,
+    pub(super) output: &'a Path,
     pub(super) picture: &'a Picture,
     pub(super) hits: &'a FirstHits,
     pub(super) film: &'a Film,
@@ -28,11 +29,11 @@ pub(super) fn write(made: &Made, format: Format) -> Result<()> {
         Format::Exr => exr(path, made),
         Format::Png => Pixels::tone_mapped(&made.picture.image, args.exposure).write(path),
     };
-    let Err(error) = to(&args.output) else {
+    let Err(error) = to(made.output) else {
         return Ok(());
     };
     let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
-    name.push(args.output.file_name().unwrap_or_default());
+    name.push(made.output.file_name().unwrap_or_default());
     let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
     for place in places
         .into_iter()
@@ -59,6 +60,7 @@ pub(super) fn write(made: &Made, format: Format) -> Result<()> {
 fn exr(path: &Path, made: &Made) -> Result<()> {
     let Made {
         args,
+        output: _,
         picture,
         hits,
         film,

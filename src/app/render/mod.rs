@@ -3,6 +3,7 @@
 mod error_check;
 mod files;
 mod limits;
+mod replay;
 mod saving;
 
 use super::{Ended, Format, SceneFlags, load_scene, reconstruction, thread_pool};
@@ -11,7 +12,7 @@ use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Film};
 use crate::load::sidecar::CameraTable;
-use crate::output::{self, png::Pixels, stats::Stats};
+use crate::output::{check_outputs, png::Pixels, stats::Stats};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
@@ -29,22 +30,22 @@ use std::time::Instant;
 pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
     // Everything that can be refused is refused before the scene is read.
     let limits = limits::of_flags(args)?;
-    let format = Format::of(&args.output)?;
+    let Some(output) = args.output.as_deref() else {
+        return replay::replay(args);
+    };
+    let format = Format::of(output)?;
     if let Some(preview) = &args.preview
         && Format::of(preview)? != Format::Png
     {
         return Err(Error::input(preview, None, "--preview writes a .png"));
     }
-    let outputs = [
-        Some(&args.output),
-        args.preview.as_ref(),
-        args.stats.as_ref(),
-    ];
-    let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
-    output::check_outputs(&args.scene, &outputs)?;
+    let others = args.preview.iter().chain(&args.stats);
+    let others = others.map(|p| p.as_path());
+    let outputs: Vec<&Path> = [output].into_iter().chain(others).collect();
+    check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
-    saving::check(args)?;
+    saving::check(args, output)?;
     let method = reconstruction(reconstruct(args), args.alpha, &mut warnings)?;
 
     // Scene.
@@ -74,12 +75,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         scene: &scene,
         tracer: &*tracer,
         method: args.method,
-        settings: PathSettings {
-            depth: args.depth,
-            seed: args.seed,
-            points: args.sampler,
-            weights: args.weights,
-        },
+        settings: path_settings(args),
         limits: saving.left(limits),
     };
     reporter.start(&job.limits);
@@ -156,6 +152,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     stats.count(&counts);
     let made = Made {
         args,
+        output,
         picture: &picture,
         hits: &hits,
         film: &film,
@@ -168,7 +165,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     if let Some(path) = &args.stats {
         stats.write(path)?;
     }
-    reporter.summary(&stats, &args.output);
+    reporter.summary(&stats, output);
     if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
         return Err(Error::Strict(first));
     }
@@ -177,6 +174,15 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     } else {
         Ended::Done
     })
+}
+
+fn path_settings(args: &RenderArgs) -> PathSettings {
+    PathSettings {
+        depth: args.depth,
+        seed: args.seed,
+        points: args.sampler,
+        weights: args.weights,
+    }
 }
 
 fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {

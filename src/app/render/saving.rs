@@ -15,14 +15,14 @@ use std::time::{Duration, Instant};
 const EVERY: Duration = Duration::from_secs(60);
 
 /// Refuses what cannot be, before the scene is read.
-pub(super) fn check(args: &RenderArgs) -> Result<()> {
+pub(super) fn check(args: &RenderArgs, output: &Path) -> Result<()> {
     let Some(path) = &args.checkpoint else {
         return Ok(());
     };
-    let mut others = vec![&args.output];
-    others.extend(args.preview.iter().chain(&args.stats));
-    let others: Vec<&Path> = others.into_iter().map(|p| p.as_path()).collect();
-    output::check_outputs(&args.scene, &[&[path.as_path()], &others[..]].concat())?;
+    let others = args.preview.iter().chain(&args.stats);
+    let others = others.map(|p| p.as_path());
+    let outputs: Vec<&Path> = [path, output].into_iter().chain(others).collect();
+    output::check_outputs(&args.scene, &outputs)?;
     if path.exists() && !args.resume {
         let message = "there is a checkpoint already: --resume goes on from it, or remove it";
         return Err(Error::input(path, None, message));
