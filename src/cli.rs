@@ -172,7 +172,7 @@ pub struct RenderArgs {
     pub weights: Weights,
 
     /// Surfaces of at most this GGX roughness (alpha) copy half vectors and take no light samples
-    #[arg(long, default_value_t = 0.001)]
+    #[arg(long, default_value_t = 0.01)]
     pub roughness_threshold: f32,
 
     /// Pixel filter

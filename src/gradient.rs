@@ -129,6 +129,24 @@ mod tests {
         }
     }
 
+    proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(2), failure_persistence: None, ..Default::default() })]
+
+        /// w(Y − F) lies between −F and Y, each weighted as path tracing weighs it: no sample of a difference
+        /// is larger than what one of the two paths is worth to the primal of its pixel.
+        #[test]
+        fn differences_are_bounded_by_the_primals_of_both_paths(
+            (f, y) in (0.0f32..1e6, 0.0f32..1e6),
+            (own, shifted) in (1.0f32..1e4, 1e-6f32..1e6),
+        ) {
+            let base = Base { value: Vec3::splat(f), densities: own };
+            let shift = Shift { value: Vec3::splat(y), densities: shifted };
+            let difference = base.difference(&shift, Weights::Mis).x;
+            let (least, most) = (-f / own, y / shifted);
+            prop_assert!(difference >= least * 1.0001 && difference <= most * 1.0001);
+        }
+    }
+
     #[test]
     fn a_dead_shift_leaves_all_the_weight_to_its_base() {
         let base = Base {

@@ -1,0 +1,245 @@
+//! What is measured of one scene: many independent renders by both methods.
+
+use crate::common::{Mean, Render, largest_z, tracer};
+use gdpt::film::{Film, Halves};
+use gdpt::image::Image;
+use gdpt::picture;
+use gdpt::reconstruct::{Alpha, Method as Reconstruction, PAPER_ALPHA, Problem, l2};
+use gdpt::render::Method;
+use gdpt::scene::Scene;
+use gdpt::trace::Traverse;
+use rayon::prelude::*;
+
+pub const WIDTH: u32 = 24;
+pub const HEIGHT: u32 = 16;
+const REGION: usize = 8;
+const SPP: u64 = 16;
+const SEEDS: u64 = 40;
+
+/// Figures of one scene.
+#[derive(Clone, Debug)]
+pub struct Figures {
+    /// Largest |z| of dx, dy and l2 picture against the path tracer over regions and channels, over the
+    /// largest that chance would give with a probability of 1e-5.
+    pub largest_z: f64,
+    /// relMSE of `weighted` over that of path tracing with as many samples.
+    pub weighted: f64,
+    /// The same of l2.
+    pub l2: f64,
+    /// relMSE of `weighted` itself.
+    pub absolute: f64,
+    /// Mean of `weighted` over that of path tracing, less 1.
+    pub bias: f64,
+    /// Its standard error.
+    pub bias_error: f64,
+    /// Seconds of a gradient sample over those of a path sample.
+    pub cost: f64,
+    /// Largest sample that adds to a difference, over the largest that adds to the primal.
+    pub largest: f64,
+}
+
+/// A region's sums in every picture of a kind.
+fn regions(image: &Image) -> Vec<f64> {
+    let mut sums = Vec::new();
+    for channel in &image.channels {
+        for y0 in (0..image.height).step_by(REGION) {
+            for x0 in (0..image.width).step_by(REGION) {
+                let rows = y0..y0 + REGION;
+                let row = |y: usize| &channel[y * image.width + x0..][..REGION];
+                sums.push(rows.flat_map(row).map(|&v| f64::from(v)).sum());
+            }
+        }
+    }
+    sums
+}
+
+fn differences(image: &Image) -> [Image; 2] {
+    let (w, h) = (image.width, image.height);
+    let mut out = [Image::new(w, h), Image::new(w, h)];
+    for i in 0..w * h {
+        if i % w + 1 < w {
+            out[0].set(i, image.get(i + 1) - image.get(i));
+        }
+        if i / w + 1 < h {
+            out[1].set(i, image.get(i + w) - image.get(i));
+        }
+    }
+    out
+}
+
+/// Films of all seeds, and the seconds for them.
+fn films(
+    scene: &Scene,
+    tracer: &dyn Traverse,
+    method: Method,
+    first_seed: u64,
+) -> (Vec<Film>, f64) {
+    let start = std::time::Instant::now();
+    let films = (0..SEEDS).into_par_iter().map(|seed| {
+        // Panics where a sample is not finite.
+        Render {
+            method,
+            spp: SPP,
+            seed: first_seed + seed,
+            ..Render::default()
+        }
+        .film(scene, tracer)
+    });
+    (films.collect(), start.elapsed().as_secs_f64())
+}
+
+fn pictures(films: &[Film], method: Reconstruction) -> Vec<Image> {
+    films
+        .par_iter()
+        .map(|f| picture::of_film(f, method).image)
+        .collect()
+}
+
+/// Mean and variance of every value over pictures.
+fn moments(pictures: &[Image]) -> Vec<Mean> {
+    let mut means = vec![Mean::default(); 3 * (WIDTH * HEIGHT) as usize];
+    for picture in pictures {
+        let values = picture.channels.iter().flatten();
+        means
+            .iter_mut()
+            .zip(values)
+            .for_each(|(m, &v)| m.add(f64::from(v)));
+    }
+    means
+}
+
+/// Mean and variance of every region of every image over the seeds.
+fn region_means<const N: usize>(seeds: impl Iterator<Item = [Image; N]>) -> Vec<Mean> {
+    let mut means = Vec::new();
+    for images in seeds {
+        let values: Vec<f64> = images.iter().flat_map(regions).collect();
+        means.resize(values.len(), Mean::default());
+        means.iter_mut().zip(values).for_each(|(m, v)| m.add(v));
+    }
+    means
+}
+
+/// The regions of the l2 picture.
+pub fn picture_means(scene: &Scene) -> Vec<Mean> {
+    let (films, _) = films(scene, &*tracer(scene), Method::Gpt, 0);
+    let l2 = pictures(&films, Reconstruction::L2(Alpha::Fixed(PAPER_ALPHA)));
+    region_means(l2.into_iter().map(|image| [image]))
+}
+
+/// The largest |z| of two rows of means, over the largest that chance gives with a probability of 1e-5.
+pub fn largest_deviation(a: &[Mean], b: &[Mean]) -> f64 {
+    let limit = largest_z(a.len(), SEEDS as usize, 1e-5);
+    let brightness = a.iter().map(|m| m.mean().abs()).fold(0.0, f64::max);
+    let z = a.iter().zip(b).map(|(a, b)| {
+        // Where nothing is noisy, rounding is left.
+        let deviation = (a.variance() + b.variance()).sqrt().max(1e-5 * brightness);
+        (a.mean() - b.mean()).abs() / deviation
+    });
+    z.fold(0.0, f64::max) / limit
+}
+
+pub fn examine(scene: &Scene) -> Figures {
+    let tracer = tracer(scene);
+    let (pt, pt_seconds) = films(scene, &*tracer, Method::Pt, 10_000);
+    let (gpt, gpt_seconds) = films(scene, &*tracer, Method::Gpt, 0);
+
+    // (a) Differences and picture against the path tracer.
+    let truth: Vec<Image> = pictures(&pt, Reconstruction::Primal);
+    let l2_pictures = pictures(&gpt, Reconstruction::L2(Alpha::Fixed(PAPER_ALPHA)));
+    let weighted = pictures(&gpt, Reconstruction::Weighted);
+    let primal = |film: &Film| {
+        let primal = film.estimate(Halves::Both).primal;
+        let [dx, dy] = differences(&primal);
+        [dx, dy, primal]
+    };
+    let gradients = |film: &Film| {
+        let e = film.estimate(Halves::Both);
+        let problem = Problem {
+            primal: &e.primal,
+            dx: &e.dx,
+            dy: &e.dy,
+        };
+        let picture = l2::solve(&problem, PAPER_ALPHA);
+        [e.dx, e.dy, picture]
+    };
+    let [a, b] = [
+        region_means(pt.iter().map(primal)),
+        region_means(gpt.iter().map(gradients)),
+    ];
+    let largest_z = largest_deviation(&a, &b);
+
+    // (c) Errors: variance over the seeds, and the squared difference of the means less their noise.
+    let reference = moments(&truth);
+    let error = |pictures: &[Image]| {
+        let pairs = moments(pictures).into_iter().zip(&reference);
+        let relative = |(m, r): (Mean, &Mean)| {
+            let variance = m.variance() * SEEDS as f64;
+            let bias = (m.mean() - r.mean()).powi(2) - m.variance() - r.variance();
+            (variance + bias) / (r.mean().powi(2) + 0.01)
+        };
+        pairs.map(relative).sum::<f64>()
+    };
+    // Path tracing is what the same films hold: the same samples, so that rare ones are in both.
+    let pt_error = error(&pictures(&gpt, Reconstruction::Primal));
+
+    // Bias of the whole picture.
+    let total = |pictures: &[Image]| {
+        let mut mean = Mean::default();
+        pictures.iter().for_each(|p| {
+            mean.add(p.channels.iter().flatten().map(|&v| f64::from(v)).sum());
+        });
+        mean
+    };
+    let (of_weighted, of_pt) = (total(&weighted), total(&truth));
+    let variance = of_weighted.variance() + of_pt.variance();
+    Figures {
+        largest_z,
+        weighted: error(&weighted) / pt_error,
+        l2: error(&l2_pictures) / pt_error,
+        absolute: error(&weighted) / f64::from(3 * WIDTH * HEIGHT),
+        bias: of_weighted.mean() / of_pt.mean() - 1.0,
+        bias_error: variance.sqrt() / of_pt.mean(),
+        cost: gpt_seconds / pt_seconds,
+        largest: largest_sample(scene, &*tracer),
+    }
+}
+
+/// (d) The largest sample of a difference over the largest of the primal.
+fn largest_sample(scene: &Scene, tracer: &dyn Traverse) -> f64 {
+    use gdpt::gradient::Weights;
+    use gdpt::path::{PathSettings, PathTracer, Tile};
+    use gdpt::sums::TileSums;
+    let tile = Tile {
+        x: 0,
+        y: 0,
+        width: WIDTH,
+        height: HEIGHT,
+    };
+    let settings = PathSettings {
+        depth: 12,
+        seed: 77,
+        points: gdpt::sampler::Points::Independent,
+        weights: Weights::Mis,
+    };
+    let mut paths = PathTracer::<4>::default();
+    let mut sums = TileSums::default();
+    let (mut primal, mut difference) = (0.0f32, 0.0f32);
+    for sample in 0..256 {
+        sums.reset((WIDTH * HEIGHT) as usize);
+        paths.render(
+            scene,
+            tracer,
+            &settings,
+            tile,
+            sample..sample + 1,
+            &mut sums,
+        );
+        for half in sums.pixels.iter().flat_map(|p| &p.halves) {
+            primal = primal.max(half.primal.max_element());
+            for to in half.to {
+                difference = difference.max(to.abs().max_element());
+            }
+        }
+    }
+    f64::from(difference / primal)
+}
