@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 const MAGIC: &[u8] = b"gdpt checkpoint 1\n";
 /// No header is longer.
@@ -112,6 +112,11 @@ pub fn load(path: &Path, identity: &Identity, film: &mut Film) -> Result<Progres
         return Err(damaged(path, "its checksum is wrong"));
     }
     Ok(header.progress)
+}
+
+/// The checksum that ends a file with these bytes before it.
+pub fn checksum(bytes: &[u8]) -> u64 {
+    xxh3_64(bytes)
 }
 
 fn damaged(path: &Path, what: &str) -> Error {
