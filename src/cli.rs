@@ -31,6 +31,8 @@ pub enum Command {
     Chart(ChartArgs),
     /// Measure where the error theory of gradient-domain rendering holds, by frequency
     Spectrum(SpectrumArgs),
+    /// Tell what a scene holds, what its materials became, and what memory its render takes
+    Info(InfoArgs),
     /// Compare ray-traversal backends on the rays of a scene's own render
     Bench(BenchArgs),
 }
@@ -391,6 +393,21 @@ pub struct SpectrumArgs {
     /// Print errors only
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// `gdpt info`
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The scene, as for `gdpt render`
+    pub scene: PathBuf,
+
+    /// Also write it as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Picture size in pixels [default: the scene's, or 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
 }
 
 /// `gdpt compare`

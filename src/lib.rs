@@ -7,7 +7,8 @@
 //! | module | what it is | uses |
 //! |---|---|---|
 //! | [`error`] | Errors and warnings in one line that says where and what to do. | |
-//! | [`load`] | OBJ, MTL and TOML to data, as written. | error |
+//! | [`memory`] | How much memory the machine has. | |
+//! | [`load`] | OBJ, MTL, TOML and EXR to data, as written. | error, memory |
 //! | [`warp`] | Maps from the unit square to disks, hemispheres and triangles. | |
 //! | [`frame`] | Shading frames, and ray origins that leave a surface. | |
 //! | [`sampler`] | Owen-scrambled Sobol numbers by position in the path. | |
@@ -33,7 +34,7 @@
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, load, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, memory, load, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -54,6 +55,7 @@ pub mod frame;
 pub mod gradient;
 pub mod image;
 pub mod load;
+pub mod memory;
 pub mod output;
 pub mod path;
 pub mod picture;

@@ -37,6 +37,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => app::compare::compare(&args),
         Command::Chart(args) => app::chart::chart(&args, &stop),
         Command::Spectrum(args) => app::spectrum::spectrum(&args, &stop),
+        Command::Info(args) => app::info::info(&args),
         Command::Bench(args) => app::bench::bench(&args),
     };
     match result {

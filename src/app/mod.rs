@@ -3,12 +3,14 @@
 pub mod bench;
 pub mod chart;
 pub mod compare;
+pub mod info;
 pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
 
 use crate::cli::Reconstruct;
 use crate::error::{Error, Result, Warnings};
+use crate::film::BYTES_PER_PIXEL;
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
@@ -109,6 +111,14 @@ fn reconstruction(
         Reconstruct::L1 => Method::L1(alpha),
         Reconstruct::None => Method::Primal,
     })
+}
+
+/// Bytes of a pixel beside the film while the picture is made and written (measured for `weighted`).
+const BYTES_OF_IMAGES: usize = 190;
+
+/// Memory for the film and the images made of it.
+fn picture_bytes(width: u32, height: u32) -> u64 {
+    u64::from(width) * u64::from(height) * (BYTES_PER_PIXEL + BYTES_OF_IMAGES) as u64
 }
 
 /// A pool of `threads` threads, or of as many as the machine has.

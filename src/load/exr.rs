@@ -2,14 +2,17 @@
 
 use super::{check_readable, guarded};
 use crate::error::{Error, Result};
+use crate::memory;
 use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Largest number of pixels of a picture, as a render has it.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Largest number of values: all layers of the largest picture.
-const MAX_VALUES: u64 = MAX_PIXELS * 64;
+/// Largest number of pixels along one side.
+const MAX_SIDE: usize = 1 << 16;
+/// Bytes of a value while it is read: as in the file, and as 32-bit float.
+const BYTES_PER_VALUE: u64 = 8;
 
 /// The channels of an EXR file's first part.
 #[derive(Debug, Default)]
@@ -75,14 +78,16 @@ fn check_size(path: &Path) -> Result<()> {
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
         let pixels = width as u64 * height as u64;
-        if pixels > MAX_PIXELS {
-            let message =
-                format!("is {width}x{height}, and a picture has at most {MAX_PIXELS} pixels");
+        if width.max(height) > MAX_SIDE || pixels > MAX_PIXELS {
+            let message = format!(
+                "is {width}x{height}: a picture has at most {MAX_SIDE} pixels along a side, {MAX_PIXELS} in all"
+            );
             return Err(Error::input(path, None, message));
         }
         let channels = header.channels.list.len() as u64;
-        if pixels * channels > MAX_VALUES {
-            let message = format!("has {channels} channels of {pixels} pixels: too much to read");
+        if pixels * channels * BYTES_PER_VALUE > memory::total() {
+            let message =
+                format!("has {channels} channels of {pixels} pixels: more than memory holds");
             return Err(Error::input(path, None, message));
         }
     }

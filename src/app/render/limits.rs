@@ -1,16 +1,14 @@
 //! What is refused before anything is allocated or rendered.
 
+use crate::app::picture_bytes;
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result};
-use crate::film::BYTES_PER_PIXEL;
+use crate::memory;
 use crate::render::{Limits, Method};
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 const DEFAULT_SPP: u64 = 64;
 /// The film's sums are 32-bit floats, to which nothing can be added beyond 2²⁴ samples of one size.
 const MAX_SPP: u64 = 1 << 24;
-/// Bytes of a pixel beside the film while the picture is made and written (measured for `weighted`).
-const BYTES_OF_IMAGES: usize = 190;
 
 /// The limits that the flags set.
 pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
@@ -50,13 +48,9 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
 
 /// Whether film and images of this size fit into the machine's memory.
 pub(super) fn memory(width: u32, height: u32) -> Result<()> {
-    let per_pixel = (BYTES_PER_PIXEL + BYTES_OF_IMAGES) as u64;
-    let needed = u64::from(width) * u64::from(height) * per_pixel;
-    let memory = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
-    let system = System::new_with_specifics(memory);
-    let limit = system.cgroup_limits().map(|l| l.total_memory);
-    let there = limit.unwrap_or(u64::MAX).min(system.total_memory());
-    if there > 0 && needed > there {
+    let needed = picture_bytes(width, height);
+    let there = memory::total();
+    if needed > there {
         let gigabytes = |bytes: u64| bytes as f64 / 1e9;
         return Err(Error::Setting(format!(
             "a picture of {width}x{height} needs about {:.1} GB of memory, and this machine has {:.1} GB: \

@@ -1,0 +1,48 @@
+//! `gdpt info` from the shell.
+
+use assert_cmd::Command;
+
+#[test]
+fn a_scene_is_told_to_people_and_machines() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("i.json");
+    let mut command = Command::cargo_bin("gdpt").unwrap();
+    command
+        .args(["info", "scenes/glossy.obj", "--size", "100x50", "--json"])
+        .arg(&json);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    for word in [
+        "1304 triangles",
+        "glass 1.5",
+        "half-vector copies: yes",
+        "memory: 2.0 MB",
+    ] {
+        assert!(text.contains(word), "{text}");
+    }
+
+    let info = std::fs::read(&json).unwrap();
+    let info: serde_json::Value = serde_json::from_slice(&info).unwrap();
+    assert_eq!(info["triangles"], 1304);
+    assert_eq!(info["width"], 100);
+    let materials = info["materials"].as_array().unwrap();
+    let light = materials.iter().find(|m| m["name"] == "light").unwrap();
+    // Radiance 16, 13, 9 over a square of side 1/2.
+    let power = light["power"].as_f64().unwrap();
+    assert!((power / (std::f64::consts::PI * 0.25 * 38.0 / 3.0) - 1.0).abs() < 1e-6);
+    let triangles = materials.iter().map(|m| m["triangles"].as_u64().unwrap());
+    assert_eq!(triangles.sum::<u64>(), 1304);
+}
+
+#[test]
+fn what_cannot_be_read_is_an_error() {
+    let mut command = Command::cargo_bin("gdpt").unwrap();
+    let output = command.args(["info", "absent.obj"]).output().unwrap();
+    assert!(!output.status.success());
+    assert!(
+        String::from_utf8(output.stderr)
+            .unwrap()
+            .contains("absent.obj")
+    );
+}
