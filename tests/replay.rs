@@ -89,3 +89,54 @@ fn the_command_tells_a_sample_and_refuses_what_is_outside() {
     assert!(!run(&["--pixel", "3"]).0 && !run(&["--sample", "3"]).0);
     assert!(!run(&[]).0);
 }
+
+#[test]
+fn samples_that_are_not_finite_are_dropped_and_can_be_looked_at() {
+    // A lamp at the end of 32-bit floats.
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    for extension in ["obj", "toml"] {
+        let name = format!("contact.{extension}");
+        std::fs::copy(format!("scenes/failures/{name}"), place(&name)).unwrap();
+    }
+    let mtl = std::fs::read_to_string("scenes/failures/contact.mtl").unwrap();
+    let bright = mtl.replace("Ke 8 8 8", "Ke 3e38 3e38 3e38");
+    assert_ne!(bright, mtl);
+    std::fs::write(place("contact.mtl"), bright).unwrap();
+    let run = |flags: &[&str]| {
+        let mut command = Command::cargo_bin("gdpt").unwrap();
+        command.arg("render").arg(place("contact.obj"));
+        let output = command
+            .args(["--size", "48x40"])
+            .args(flags)
+            .output()
+            .unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (
+            output.status.success(),
+            text(output.stdout),
+            text(output.stderr),
+        )
+    };
+    let picture = place("o.png");
+    let picture = picture.to_str().unwrap();
+
+    // Counted and named, the same ones for any number of threads.
+    let told = ["1", "3"].map(|threads| {
+        let (done, text, error) = run(&["--spp", "8", "-o", picture, "--threads", threads]);
+        assert!(done && text.contains("samples dropped"), "{error}");
+        error
+    });
+    assert_eq!(told[0], told[1]);
+    let flags = told[0].split("--pixel ").nth(1).unwrap();
+    let (pixel, rest) = flags.split_once(" --sample ").unwrap();
+    let sample = rest.split_once(' ').unwrap().0;
+    let (done, text, _) = run(&["--pixel", pixel, "--sample", sample]);
+    assert!(done && text.contains("not finite: it is dropped"), "{text}");
+
+    // Under --strict they fail the run, but not before the picture is there.
+    std::fs::remove_file(picture).unwrap();
+    let (done, _, error) = run(&["--spp", "8", "-o", picture, "--strict", "--quiet"]);
+    assert!(!done && error.contains("not finite"), "{error}");
+    assert!(std::path::Path::new(picture).exists());
+}
