@@ -177,7 +177,8 @@ fn threshold_table() -> String {
         ratio is 1.23. The threshold is 0.01: below it copying is better on all of them.\n\n\
         | surface | alpha | rough | specular | ratio |\n|---|---|---|---|---|\n"
         .to_owned();
-    let models: [(&str, fn(f32) -> model::Model); 2] = [
+    type Surface = (&'static str, fn(f32) -> model::Model);
+    let models: [Surface; 2] = [
         ("metal floor", sweeps::roughness),
         ("glass slab", |alpha| sweeps::slab(1.5, alpha)),
     ];
