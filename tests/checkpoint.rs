@@ -102,37 +102,26 @@ fn more_samples_go_on_from_a_finished_render() {
     assert!(again.status.success(), "{again:?}");
     assert_eq!(fs::read(folder.join("c.gdpt")).unwrap().len(), first.len());
 
-    let mut longer = Command::new(cargo_bin!("gdpt"));
-    longer.args([
-        "render",
-        "scenes/glossy.obj",
-        "--size",
-        "96x64",
-        "--spp",
-        "64",
-        "--quiet",
-    ]);
-    longer
-        .args(["--seed", "3", "--resume", "--checkpoint"])
-        .arg(folder.join("c.gdpt"));
-    longer.arg("-o").arg(folder.join("out.exr"));
-    assert!(longer.output().unwrap().status.success());
+    let render = |more: &[&str]| {
+        let mut command = Command::new(cargo_bin!("gdpt"));
+        let fixed = [
+            "render",
+            "scenes/glossy.obj",
+            "--size",
+            "96x64",
+            "--quiet",
+            "--seed",
+            "3",
+        ];
+        command.args(fixed).args(["--spp", "64"]).args(more);
+        command.arg("-o").arg(folder.join("out.exr"));
+        assert!(command.output().unwrap().status.success());
+    };
+    let checkpoint = folder.join("c.gdpt");
+    render(&["--resume", "--checkpoint", checkpoint.to_str().unwrap()]);
     let resumed = picture(folder);
 
-    let mut whole = Command::new(cargo_bin!("gdpt"));
-    whole.args([
-        "render",
-        "scenes/glossy.obj",
-        "--size",
-        "96x64",
-        "--spp",
-        "64",
-        "--quiet",
-    ]);
-    whole
-        .args(["--seed", "3", "-o"])
-        .arg(folder.join("out.exr"));
-    assert!(whole.output().unwrap().status.success());
+    render(&[]);
     assert_same_bits(&resumed, &picture(folder));
 }
 

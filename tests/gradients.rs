@@ -6,7 +6,7 @@
 
 mod common;
 
-use common::{Mean, Render, SCENES, largest_z, shipped, tracer};
+use common::{Mean, Render, SCENES, differences, largest_z, shipped, tracer};
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
 use gdpt::reconstruct::{Problem, l2};
@@ -33,21 +33,6 @@ fn regions(image: &Image) -> Vec<f64> {
                 }
                 out.push(sum / (REGION * REGION) as f64);
             }
-        }
-    }
-    out
-}
-
-/// Differences to the right and downwards, 0 across the border.
-fn differences(image: &Image) -> [Image; 2] {
-    let (w, h) = (image.width, image.height);
-    let mut out = [Image::new(w, h), Image::new(w, h)];
-    for i in 0..w * h {
-        if i % w + 1 < w {
-            out[0].set(i, image.get(i + 1) - image.get(i));
-        }
-        if i / w + 1 < h {
-            out[1].set(i, image.get(i + w) - image.get(i));
         }
     }
     out

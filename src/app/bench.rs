@@ -1,10 +1,9 @@
 //! `gdpt bench` from flags to tables.
 
-use super::{Ended, ROUGHNESS_THRESHOLD, SceneFlags, load_scene, thread_pool};
+use super::{Ended, SceneFlags, load_scene, thread_pool};
 use crate::bench::{measure, plot, record, report};
 use crate::cli::BenchArgs;
 use crate::error::{Error, Result, Warnings};
-use crate::load::sidecar::CameraTable;
 use crate::output;
 use crate::scene::Scene;
 use crate::trace::{Traverse, bvh::Bvh};
@@ -32,12 +31,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     output::check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(false);
-    let flags = SceneFlags {
-        camera: CameraTable::default(),
-        size: args.size,
-        environment: None,
-        roughness_threshold: ROUGHNESS_THRESHOLD,
-    };
+    let flags = SceneFlags::of_size(args.size);
     let scene = load_scene(&args.scene, flags, &mut warnings)?;
     warnings
         .list()

@@ -1,11 +1,10 @@
 //! `gdpt info`: what a scene holds and what its render takes.
 
-use super::{Ended, ROUGHNESS_THRESHOLD, SceneFlags, load_scene};
+use super::{Ended, SceneFlags, load_scene};
 use crate::bsdf::Bsdf;
 use crate::cli::InfoArgs;
 use crate::error::{Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
-use crate::load::sidecar::CameraTable;
 use crate::output::{check_outputs, write_whole};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
@@ -58,12 +57,7 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
     if let Some(path) = &args.json {
         check_outputs(&args.scene, &[path])?;
     }
-    let flags = SceneFlags {
-        camera: CameraTable::default(),
-        size: args.size,
-        environment: None,
-        roughness_threshold: ROUGHNESS_THRESHOLD,
-    };
+    let flags = SceneFlags::of_size(args.size);
     let mut warnings = Warnings::new(false);
     let scene = load_scene(&args.scene, flags, &mut warnings)?;
     let info = Info {

@@ -61,6 +61,18 @@ struct SceneFlags {
     roughness_threshold: f32,
 }
 
+impl SceneFlags {
+    /// Nothing but a size, where one is given.
+    fn of_size(size: Option<(u32, u32)>) -> Self {
+        Self {
+            camera: CameraTable::default(),
+            size,
+            environment: None,
+            roughness_threshold: ROUGHNESS_THRESHOLD,
+        }
+    }
+}
+
 /// Before the names of layers that hold half A of the samples.
 const HALF_A: &str = "half_a.";
 const MAX_THREADS: usize = 1024;

@@ -1,10 +1,9 @@
 //! `gdpt spectrum` from a scene to figures of the error theory.
 
-use super::{Ended, ROUGHNESS_THRESHOLD, SceneFlags, load_scene, thread_pool};
+use super::{Ended, SceneFlags, load_scene, thread_pool};
 use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
-use crate::load::sidecar::CameraTable;
 use crate::output::{check_outputs, colour_map, write_whole};
 use crate::path::{Counts, PathSettings};
 use crate::progress::Steps;
@@ -40,12 +39,7 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
         return Ok(Ended::Done);
     };
 
-    let flags = SceneFlags {
-        camera: CameraTable::default(),
-        size: args.size,
-        environment: None,
-        roughness_threshold: ROUGHNESS_THRESHOLD,
-    };
+    let flags = SceneFlags::of_size(args.size);
     let mut warnings = Warnings::new(false);
     let scene = load_scene(path, flags, &mut warnings)?;
     if scene.camera.width < 2 || scene.camera.height < 2 {

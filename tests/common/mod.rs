@@ -5,6 +5,7 @@ use gdpt::error::Warnings;
 use gdpt::estimate::Estimate;
 use gdpt::film::{Film, Halves};
 use gdpt::gradient::Weights;
+use gdpt::image::Image;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
 use gdpt::path::PathSettings;
 use gdpt::render::{Job, Limits, Method};
@@ -162,6 +163,21 @@ impl Rng {
         let r = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(r * phi.cos(), r * phi.sin(), z)
     }
+}
+
+/// Differences to the right and downwards, 0 across the border.
+pub fn differences(image: &Image) -> [Image; 2] {
+    let (w, h) = (image.width, image.height);
+    let mut out = [Image::new(w, h), Image::new(w, h)];
+    for i in 0..w * h {
+        if i % w + 1 < w {
+            out[0].set(i, image.get(i + 1) - image.get(i));
+        }
+        if i / w + 1 < h {
+            out[1].set(i, image.get(i + w) - image.get(i));
+        }
+    }
+    out
 }
 
 /// Mean and variance of the mean.

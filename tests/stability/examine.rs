@@ -1,6 +1,6 @@
 //! What is measured of one scene: many independent renders by both methods.
 
-use crate::common::{Mean, Render, largest_z, tracer};
+use crate::common::{Mean, Render, differences, largest_z, tracer};
 use gdpt::film::{Film, Halves};
 use gdpt::image::Image;
 use gdpt::picture;
@@ -51,20 +51,6 @@ fn regions(image: &Image) -> Vec<f64> {
         }
     }
     sums
-}
-
-fn differences(image: &Image) -> [Image; 2] {
-    let (w, h) = (image.width, image.height);
-    let mut out = [Image::new(w, h), Image::new(w, h)];
-    for i in 0..w * h {
-        if i % w + 1 < w {
-            out[0].set(i, image.get(i + 1) - image.get(i));
-        }
-        if i / w + 1 < h {
-            out[1].set(i, image.get(i + w) - image.get(i));
-        }
-    }
-    out
 }
 
 /// Films of all seeds, and the seconds for them.

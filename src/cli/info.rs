@@ -1,0 +1,20 @@
+//! `gdpt info`: definitions.
+
+use super::values::size;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `gdpt info`
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The scene, as for `gdpt render`
+    pub scene: PathBuf,
+
+    /// Also write it as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Picture size in pixels [default: the scene's, or 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+}

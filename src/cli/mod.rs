@@ -1,0 +1,58 @@
+//! The command line: definitions only.
+
+mod bench;
+mod chart;
+mod compare;
+mod info;
+mod reconstruct;
+mod render;
+mod spectrum;
+mod values;
+
+pub use bench::BenchArgs;
+pub use chart::{ChartArgs, ChartMethod};
+pub use compare::CompareArgs;
+pub use info::InfoArgs;
+pub use reconstruct::{Reconstruct, ReconstructArgs};
+pub use render::{Filter, RenderArgs};
+pub use spectrum::SpectrumArgs;
+
+use clap::{Parser, Subcommand};
+
+/// A gradient-domain path tracer for OBJ scenes.
+#[derive(Debug, Parser)]
+#[command(name = "gdpt", version, about, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render an OBJ scene
+    Render(Box<RenderArgs>),
+    /// Make the picture again from a render's file, or from primal and differences of another renderer
+    Reconstruct(ReconstructArgs),
+    /// Measure how far an image is from one or two references
+    Compare(CompareArgs),
+    /// Chart error against time: every method, several times and seeds, against two references
+    Chart(ChartArgs),
+    /// Measure where the error theory of gradient-domain rendering holds, by frequency
+    Spectrum(SpectrumArgs),
+    /// Tell what a scene holds, what its materials became, and what memory its render takes
+    Info(InfoArgs),
+    /// Compare ray-traversal backends on the rays of a scene's own render
+    Bench(BenchArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definitions_are_consistent() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+}

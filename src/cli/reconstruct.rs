@@ -1,0 +1,76 @@
+//! `gdpt reconstruct`: definitions.
+
+use super::values::alpha;
+use crate::reconstruct::Alpha;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// `gdpt reconstruct`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A render's own file holds what every method needs. From three files (channels R, G, B) there are no
+variances, so the methods are l2 and l1. Differences are the right or lower neighbour minus the pixel;
+the last column of dx and the last row of dy do not count.
+
+Examples:
+  gdpt reconstruct out.exr -o l1.exr --reconstruct l1 --alpha auto
+  gdpt reconstruct --primal p.exr --dx dx.exr --dy dy.exr -o out.exr")]
+pub struct ReconstructArgs {
+    /// What gdpt render wrote
+    #[arg(required_unless_present = "primal", conflicts_with = "primal")]
+    pub input: Option<PathBuf>,
+
+    /// The path-traced image, without light seen directly
+    #[arg(long, value_name = "FILE.exr", requires = "dx", requires = "dy")]
+    pub primal: Option<PathBuf>,
+
+    /// Differences to the right
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub dx: Option<PathBuf>,
+
+    /// Differences downwards
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub dy: Option<PathBuf>,
+
+    /// Light seen directly, to be added to the picture
+    #[arg(long, value_name = "FILE.exr", requires = "primal")]
+    pub direct: Option<PathBuf>,
+
+    /// Where the picture goes: .exr or .png (tone-mapped)
+    #[arg(short, long)]
+    pub output: PathBuf,
+
+    /// How the picture is made [default: weighted, or l2 from three files]
+    #[arg(long)]
+    pub reconstruct: Option<Reconstruct>,
+
+    /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
+    /// variances [default: 0.2]
+    #[arg(long, value_parser = alpha)]
+    pub alpha: Option<Alpha>,
+
+    /// Brighten PNG pictures by this many stops
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub exposure: f32,
+
+    /// Number of threads [default: all]
+    #[arg(long)]
+    pub threads: Option<usize>,
+
+    /// Print errors only
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How the picture is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Reconstruct {
+    /// Least squares, each value weighted by its own variance.
+    Weighted,
+    /// Least squares with one weight, exactly; unbiased.
+    L2,
+    /// Least absolute residuals; robust, slightly biased.
+    L1,
+    /// The primal as it is.
+    None,
+}

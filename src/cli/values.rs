@@ -1,0 +1,105 @@
+//! Values on the command line: from text, or why not.
+
+use crate::reconstruct::Alpha;
+use std::time::Duration;
+
+pub(super) fn alpha(text: &str) -> Result<Alpha, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(Alpha::Auto),
+        Ok(alpha) if alpha >= 0.0 && f32::is_finite(alpha) => Ok(Alpha::Fixed(alpha)),
+        _ => Err("needs auto or a number, not negative".into()),
+    }
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("needs a number above 0".into()),
+    }
+}
+
+pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .filter_map(|x| x.trim().parse().ok())
+        .filter(|x: &f32| x.is_finite())
+        .collect();
+    match numbers.try_into() {
+        Ok(v) if text.split(',').count() == 3 => Ok(v),
+        _ => Err("needs three numbers with commas between, such as 0,1,4.2".into()),
+    }
+}
+
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
+    let parts = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    parts.ok_or_else(|| "needs two whole numbers with x between, such as 640x480".into())
+}
+
+pub(super) fn pixel(text: &str) -> Result<(u32, u32), String> {
+    let parts = text
+        .split_once(',')
+        .and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
+    parts.ok_or_else(|| "needs column and row with a comma between, such as 12,40".into())
+}
+
+/// `90`, `90s`, `5m`, `1h30m`, `1.5m`.
+pub(super) fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || "needs a time such as 30s, 5m or 1h30m".to_owned();
+    let mut seconds = 0.0;
+    let mut rest = text;
+    while !rest.is_empty() {
+        let digits = rest
+            .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .unwrap_or(rest.len());
+        let value: f64 = rest[..digits].parse().map_err(|_| wrong())?;
+        let (unit, length) = match rest[digits..].chars().next() {
+            None | Some('s') => (1.0, 1),
+            Some('m') => (60.0, 1),
+            Some('h') => (3600.0, 1),
+            Some(_) => return Err(wrong()),
+        };
+        seconds += value * unit;
+        rest = rest.get(digits + length..).unwrap_or("");
+    }
+    if seconds > 0.0 && seconds < 1e9 {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(wrong())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_parsed() {
+        assert_eq!(vector("0, -1,4.5"), Ok([0.0, -1.0, 4.5]));
+        for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
+            assert!(vector(bad).is_err(), "{bad}");
+        }
+        assert_eq!(alpha("auto"), Ok(Alpha::Auto));
+        assert_eq!(alpha("0.3"), Ok(Alpha::Fixed(0.3)));
+        for bad in ["-1", "nan", "inf", "x", ""] {
+            assert!(alpha(bad).is_err(), "{bad}");
+        }
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        for bad in ["640", "640x", "-1x3", "1e9x2"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        for (text, want) in [
+            ("30s", 30.0),
+            ("5m", 300.0),
+            ("1h30m", 5400.0),
+            ("2", 2.0),
+            ("0.5s", 0.5),
+        ] {
+            assert_eq!(duration(text).unwrap().as_secs_f64(), want);
+        }
+        for bad in ["", "0s", "s", "3d", "1.2.3s", "-1s"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+}
