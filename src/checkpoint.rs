@@ -30,6 +30,8 @@ pub struct Progress {
     pub counts: Counts,
     /// Seconds tracing.
     pub seconds: f64,
+    /// Samples after which `--error` looks at the error again.
+    pub next_check: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -126,7 +128,10 @@ fn damaged(path: &Path, what: &str) -> Error {
 
 /// The first thing that differs.
 fn difference(there: &Identity, here: &Identity) -> Option<String> {
+    // The scene has the size in it, and says less: last.
     let names = here.keys().chain(there.keys());
+    let (scene, other): (Vec<_>, Vec<_>) = names.partition(|name| *name == "scene");
+    let names = other.into_iter().chain(scene);
     let value = |map: &Identity, name: &str| map.get(name).map_or("nothing", |v| v).to_owned();
     names
         .map(|name| (name, value(there, name), value(here, name)))

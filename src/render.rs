@@ -76,8 +76,17 @@ pub const TILE_SIZE: u32 = 32;
 
 /// Samples of one pass. Its first ones are few, so that a short time limit is met. The film's sums are
 /// grouped by passes, so the schedule is part of what the bits depend on.
-fn pass_length(done: u64) -> u64 {
+pub fn pass_length(done: u64) -> u64 {
     if done < 4 { 2 } else { 4 }
+}
+
+/// Whether a pass ends after `samples` samples, if no limit cuts one short.
+pub fn is_pass_end(samples: u64) -> bool {
+    let mut done = 0;
+    while done < samples {
+        done += pass_length(done);
+    }
+    done == samples
 }
 
 /// What to render.

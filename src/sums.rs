@@ -15,10 +15,11 @@ pub struct PixelSample {
 }
 
 impl PixelSample {
-    /// Whether all of it is finite.
+    /// Whether all of it is finite, squares included.
     #[inline]
     pub fn is_finite(&self) -> bool {
-        (self.primal + self.direct).is_finite() && self.to.iter().all(|v| v.is_finite())
+        let squares = self.to.iter().map(|&v| v * v).sum::<Vec3>();
+        (self.primal * self.primal + self.direct + squares).is_finite()
     }
 }
 

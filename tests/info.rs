@@ -17,7 +17,7 @@ fn a_scene_is_told_to_people_and_machines() {
         "1304 triangles",
         "glass 1.5",
         "half-vector copies: yes",
-        "memory: 2.0 MB",
+        "memory: 3.3 MB",
     ] {
         assert!(text.contains(word), "{text}");
     }

@@ -125,8 +125,8 @@ fn reconstruction(
     })
 }
 
-/// Bytes of a pixel beside the film while the picture is made and written (measured for `weighted`).
-const BYTES_OF_IMAGES: usize = 190;
+/// Bytes of a pixel beside the film while the picture is made and written with all its layers (measured).
+const BYTES_OF_IMAGES: usize = 460;
 
 /// Memory for the film and the images made of it.
 fn picture_bytes(width: u32, height: u32) -> u64 {

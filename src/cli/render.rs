@@ -139,7 +139,8 @@ pub struct RenderArgs {
     pub exposure: f32,
 
     /// In place of a picture, tell how one sample of this pixel comes about, vertex by vertex
-    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "output")]
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    #[arg(conflicts_with_all = ["output", "preview", "stats", "checkpoint"])]
     pub pixel: Option<(u32, u32)>,
 
     /// The sample of that pixel

@@ -28,7 +28,7 @@ pub struct Figures {
     pub l2: f64,
     /// relMSE of `weighted` itself.
     pub absolute: f64,
-    /// Mean of `weighted` over that of path tracing, less 1.
+    /// Mean of `weighted` over that of path tracing with the same samples, less 1.
     pub bias: f64,
     /// Its standard error.
     pub bias_error: f64,
@@ -106,8 +106,8 @@ fn region_means<const N: usize>(seeds: impl Iterator<Item = [Image; N]>) -> Vec<
 }
 
 /// The regions of the l2 picture.
-pub fn picture_means(scene: &Scene) -> Vec<Mean> {
-    let (films, _) = films(scene, &*tracer(scene), Method::Gpt, 0);
+pub fn picture_means(scene: &Scene, first_seed: u64) -> Vec<Mean> {
+    let (films, _) = films(scene, &*tracer(scene), Method::Gpt, first_seed);
     let l2 = pictures(&films, Reconstruction::L2(Alpha::Fixed(PAPER_ALPHA)));
     region_means(l2.into_iter().map(|image| [image]))
 }
@@ -121,7 +121,9 @@ pub fn largest_deviation(a: &[Mean], b: &[Mean]) -> f64 {
         let deviation = (a.variance() + b.variance()).sqrt().max(1e-5 * brightness);
         (a.mean() - b.mean()).abs() / deviation
     });
-    z.fold(0.0, f64::max) / limit
+    let z: Vec<f64> = z.collect();
+    assert!(z.iter().all(|z| z.is_finite()), "a mean is not finite");
+    z.into_iter().fold(0.0, f64::max) / limit
 }
 
 pub fn examine(scene: &Scene) -> Figures {
@@ -166,25 +168,29 @@ pub fn examine(scene: &Scene) -> Figures {
         pairs.map(relative).sum::<f64>()
     };
     // Path tracing is what the same films hold: the same samples, so that rare ones are in both.
-    let pt_error = error(&pictures(&gpt, Reconstruction::Primal));
+    let primals = pictures(&gpt, Reconstruction::Primal);
+    let pt_error = error(&primals);
 
-    // Bias of the whole picture.
-    let total = |pictures: &[Image]| {
-        let mut mean = Mean::default();
-        pictures.iter().for_each(|p| {
-            mean.add(p.channels.iter().flatten().map(|&v| f64::from(v)).sum());
-        });
-        mean
+    // Bias of the whole picture, against the path-traced images of the same films.
+    let sum = |p: &Image| {
+        p.channels
+            .iter()
+            .flatten()
+            .map(|&v| f64::from(v))
+            .sum::<f64>()
     };
-    let (of_weighted, of_pt) = (total(&weighted), total(&truth));
-    let variance = of_weighted.variance() + of_pt.variance();
+    let (mut difference, mut whole) = (Mean::default(), Mean::default());
+    for (weighted, primal) in weighted.iter().zip(&primals) {
+        difference.add(sum(weighted) - sum(primal));
+        whole.add(sum(primal));
+    }
     Figures {
         largest_z,
         weighted: error(&weighted) / pt_error,
         l2: error(&l2_pictures) / pt_error,
         absolute: error(&weighted) / f64::from(3 * WIDTH * HEIGHT),
-        bias: of_weighted.mean() / of_pt.mean() - 1.0,
-        bias_error: variance.sqrt() / of_pt.mean(),
+        bias: difference.mean() / whole.mean(),
+        bias_error: difference.variance().sqrt() / whole.mean(),
         cost: gpt_seconds / pt_seconds,
         largest: largest_sample(scene, &*tracer),
     }

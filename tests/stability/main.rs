@@ -69,10 +69,10 @@ sweeps!(
 #[test]
 fn the_class_of_a_surface_does_not_change_the_mean() {
     for model in [sweeps::roughness(0.01), sweeps::slab(1.5, 0.01)] {
-        let [specular, rough] = [0.02, 0.005].map(|threshold| {
+        let [specular, rough] = [(0.02, 0), (0.005, 1000)].map(|(threshold, seed)| {
             let mut model = model.clone();
             model.roughness_threshold = threshold;
-            examine::picture_means(&model.scene(WIDTH, HEIGHT))
+            examine::picture_means(&model.scene(WIDTH, HEIGHT), seed)
         });
         let z = examine::largest_deviation(&specular, &rough);
         assert!(z < 1.0, "{z}");
@@ -85,7 +85,7 @@ fn the_class_of_a_surface_does_not_change_the_mean() {
 fn scale_and_place_do_not_matter() {
     let mean = |sweep: &str, value: f32| {
         let sweep = SWEEPS.iter().find(|s| s.name == sweep).unwrap();
-        examine::picture_means(&(sweep.model)(value).scene(WIDTH, HEIGHT))
+        examine::picture_means(&(sweep.model)(value).scene(WIDTH, HEIGHT), 0)
     };
     let plain = mean("scale", 1.0);
     let brightness = plain.iter().map(common::Mean::mean).sum::<f64>() / plain.len() as f64;
@@ -139,7 +139,8 @@ fn write_scenes_and_table() {
         samples. *z*: largest deviation of differences and l2 picture from the path tracer over what chance \
         allows (1e-5 a scene). *weighted*, *l2*: relMSE over that of path tracing with the same samples; \
         *equal time*: weighted, times the cost of a gradient sample, solve excluded (on pictures this \
-        small the border of each tile makes gradients dearer than they are). *bias* of weighted \
+        small the border of each tile makes gradients dearer than they are). A caustic from a lamp of side 0.01 or less is found by neither \
+        method: dark, not wrong. *bias* of weighted \
         over the whole picture, ± one standard error. *largest*: largest sample of a difference over the \
         largest of the primal. The scene of the value in bold stands here as OBJ.\n"
         .to_owned();
@@ -174,7 +175,7 @@ fn threshold_table() -> String {
     let mut table = "\n## The roughness threshold\n\n\
         relMSE of weighted where the surface is of class rough (light is sampled, offset paths reconnect) and \
         of class specular (neither; half vectors are copied). On scenes/mirrors.obj, with alpha 0.0225, the \
-        ratio is 1.23. The threshold is 0.01: below it copying is better on all of them.\n\n\
+        ratio is 1.23 (measured by hand: --roughness-threshold 0.02 and 0.03, gdpt compare). The threshold is 0.01: below it copying is better on all of them.\n\n\
         | surface | alpha | rough | specular | ratio |\n|---|---|---|---|---|\n"
         .to_owned();
     type Surface = (&'static str, fn(f32) -> model::Model);

@@ -11,16 +11,16 @@ const FIRST_CHECK: u64 = 16;
 /// the samples may suffice. As it goes down as one over the samples or faster, the next time is known.
 pub(super) struct ErrorCheck {
     target: Option<f64>,
-    next: u64,
+    pub(super) next: u64,
     /// The picture of the last solve.
     pub(super) last: Option<Picture>,
 }
 
 impl ErrorCheck {
-    pub(super) fn new(target: Option<f64>) -> Self {
+    pub(super) fn new(target: Option<f64>, next: Option<u64>) -> Self {
         Self {
             target,
-            next: FIRST_CHECK,
+            next: next.unwrap_or(FIRST_CHECK),
             last: None,
         }
     }

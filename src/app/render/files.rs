@@ -15,6 +15,8 @@ use std::path::Path;
 pub(super) struct Made<'a> {
     pub(super) args: &'a RenderArgs,
     pub(super) output: &'a Path,
+    /// Where the samples are kept, if they are.
+    pub(super) checkpoint: Option<&'a Path>,
     pub(super) picture: &'a Picture,
     pub(super) hits: &'a FirstHits,
     pub(super) film: &'a Film,
@@ -47,9 +49,9 @@ pub(super) fn write(made: &Made, format: Format) -> Result<()> {
             });
         }
     }
-    match &args.checkpoint {
+    match made.checkpoint {
         Some(checkpoint) => Err(Error::Kept {
-            checkpoint: checkpoint.clone(),
+            checkpoint: checkpoint.to_owned(),
             error: Box::new(error),
         }),
         None => Err(error),
@@ -61,6 +63,7 @@ fn exr(path: &Path, made: &Made) -> Result<()> {
     let Made {
         args,
         output: _,
+        checkpoint: _,
         picture,
         hits,
         film,

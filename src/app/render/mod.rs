@@ -53,6 +53,8 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     let mut reporter = Reporter::new(args.quiet);
     let scene = load(args, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    limits::memory(width, height)?;
     let start = Instant::now();
     let tracer = args
         .backend
@@ -61,13 +63,15 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     reporter.warnings(warnings.list());
 
     // Film, and what a checkpoint holds of it.
-    let (width, height) = (scene.camera.width, scene.camera.height);
-    limits::memory(width, height)?;
     let mut film = Film::new(width, height, TILE_SIZE);
     let mut settings = settings(args);
     let mut saving = Saving::new(args, &scene, &settings);
+    saving.lock()?;
     if let Some(samples) = saving.resume(&mut film)? {
         reporter.say(&format!("going on from {samples} samples"));
+        if samples > limits.samples {
+            reporter.say("that is more than --spp asks for: all of them are used");
+        }
     }
 
     // Paths.
@@ -79,9 +83,9 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         limits: saving.left(limits),
     };
     reporter.start(&job.limits);
-    let mut check = ErrorCheck::new(args.error);
+    let mut check = ErrorCheck::new(args.error, saving.next_check());
     let mut ask = |film: &Film, counts: &Counts| {
-        saving.now_and_then(film, counts);
+        saving.now_and_then(film, counts, check.next);
         if stop() {
             Some(Ending::Interrupted)
         } else {
@@ -89,7 +93,9 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         }
     };
     let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
-    let Progress { counts, seconds } = saving.end(&film, &outcome);
+    let Progress {
+        counts, seconds, ..
+    } = saving.end(&film, &outcome, check.next);
     let interrupted = outcome.ended == Ending::Interrupted;
     reporter.end_tracing();
     if film.samples == [0; 2] {
@@ -153,18 +159,21 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     let made = Made {
         args,
         output,
+        checkpoint: saving.kept(),
         picture: &picture,
         hits: &hits,
         film: &film,
         stats: &stats,
     };
-    files::write(&made, format)?;
+    // What can be written is, whatever fails.
+    let written = files::write(&made, format);
     if let Some(path) = &args.preview {
         Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
     }
     if let Some(path) = &args.stats {
         stats.write(path)?;
     }
+    written?;
     reporter.summary(&stats, output);
     if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
         return Err(Error::Strict(first));
