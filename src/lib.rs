@@ -30,7 +30,7 @@
 //! | [`compare`] | How far an image is from references. | image |
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, scene, trace, gradient, path, film, render, output |
-//! | [`chart`] | Error against time of every method, and the report on it. | error, load, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
+//! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |

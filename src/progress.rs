@@ -10,6 +10,17 @@ use std::time::{Duration, Instant};
 /// Time between two lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
+/// A bar of 1000 steps on a terminal that is to be written to.
+fn bar(quiet: bool) -> Option<ProgressBar> {
+    if quiet || !std::io::stderr().is_terminal() {
+        return None;
+    }
+    let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+    let style = "{bar:30} {percent}% {msg}";
+    bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
+    Some(bar)
+}
+
 /// Writes to standard error; the summary to standard output.
 pub struct Reporter {
     quiet: bool,
@@ -48,13 +59,7 @@ impl Reporter {
     pub fn start(&mut self, limits: &Limits) {
         self.limits = Some(*limits);
         self.last_line = Instant::now();
-        if self.quiet || !std::io::stderr().is_terminal() {
-            return;
-        }
-        let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-        let style = "{bar:30} {percent}% {msg}";
-        bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
-        self.bar = Some(bar);
+        self.bar = bar(self.quiet);
     }
 
     /// A pass is done.
@@ -121,15 +126,9 @@ pub struct Steps {
 impl Steps {
     /// Of the length `total` in all; silent but for errors if `quiet`.
     pub fn new(quiet: bool, total: f64) -> Self {
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-            let style = "{bar:30} {percent}% {msg}";
-            bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
-            bar
-        });
         Self {
             quiet,
-            bar,
+            bar: bar(quiet),
             total,
             done: 0.0,
             last_line: None,
@@ -153,6 +152,11 @@ impl Steps {
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * self.done / self.total) as u64);
         }
+    }
+
+    /// Prints warnings, a line each.
+    pub fn warnings(&self, list: &[String]) {
+        list.iter().for_each(|w| self.say(&format!("warning: {w}")));
     }
 
     /// Prints a remark.

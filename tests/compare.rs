@@ -47,7 +47,7 @@ fn noisy(truth: &Image, rng: &mut Rng, deviation: f32, width: usize) -> Image {
 /// Mean and relative squared error against the truth itself.
 fn true_errors(image: &Image, truth: &Image) -> (f64, f64) {
     let found = compare(image, References::One(truth));
-    (found.mse.value, found.rel_mse.value)
+    (found.errors.mse.value, found.errors.rel_mse.value)
 }
 
 #[test]
@@ -68,13 +68,13 @@ fn two_references_of_known_noise_give_the_true_error_within_its_interval() {
             let within = |m: gdpt::compare::Measured, truth: f64| {
                 (m.value - truth).abs() < m.interval.unwrap()
             };
-            inside += usize::from(within(found.mse, mse));
-            inside_relative += usize::from(within(found.rel_mse, rel_mse));
+            inside += usize::from(within(found.errors.mse, mse));
+            inside_relative += usize::from(within(found.errors.rel_mse, rel_mse));
 
             // The error that a single reference gives is 10 times too large.
             let one = compare(&picture, References::One(&a));
-            assert!((8.0..12.0).contains(&(one.mse.value / mse)));
-            assert_eq!(one.mse.interval, None);
+            assert!((8.0..12.0).contains(&(one.errors.mse.value / mse)));
+            assert_eq!(one.errors.mse.interval, None);
         }
         assert!((266..300).contains(&inside), "{smoothing}: {inside}");
         // The denominator has the references' noise in it, so this one is not exact: dark regions.
@@ -87,7 +87,7 @@ fn bias_and_worst_pixels_are_what_they_are() {
     let truth = truth();
     let brighter = image(SIZE, SIZE, |x, y| truth.get(y * SIZE + x) * 1.1);
     let found = compare(&brighter, References::One(&truth));
-    assert!((found.rel_bias.unwrap() - 0.1).abs() < 1e-6);
+    assert!((found.errors.rel_bias.unwrap() - 0.1).abs() < 1e-6);
 
     // Nine bright pixels of 9216 are the worst 0.1 %.
     let mut fireflies = truth.clone();
@@ -95,12 +95,12 @@ fn bias_and_worst_pixels_are_what_they_are() {
         fireflies.set(k * 1000 + 7, Vec3::splat(1e3));
     }
     let found = compare(&fireflies, References::One(&truth));
-    assert!(found.rel_mse.value > 100.0);
-    assert_eq!(found.rel_mse_trimmed, 0.0);
+    assert!(found.errors.rel_mse.value > 100.0);
+    assert_eq!(found.errors.rel_mse_trimmed, 0.0);
     let errors = relative_errors(&fireflies, References::One(&truth));
     assert_eq!(errors.iter().filter(|&&e| e > 0.0).count(), 9);
     let mean = errors.iter().map(|&e| f64::from(e)).sum::<f64>() / errors.len() as f64;
-    assert!((mean / found.rel_mse.value - 1.0).abs() < 1e-6);
+    assert!((mean / found.errors.rel_mse.value - 1.0).abs() < 1e-6);
 }
 
 #[test]

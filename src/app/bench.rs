@@ -5,6 +5,7 @@ use crate::bench::{measure, plot, record, report};
 use crate::cli::BenchArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::output;
+use crate::progress::Reporter;
 use crate::scene::Scene;
 use crate::trace::{Traverse, bvh::Bvh};
 use measure::Subject;
@@ -33,10 +34,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     let mut warnings = Warnings::new(false);
     let flags = SceneFlags::of_size(args.size);
     let scene = load_scene(&args.scene, flags, &mut warnings)?;
-    warnings
-        .list()
-        .iter()
-        .for_each(|w| _ = writeln!(std::io::stderr(), "warning: {w}"));
+    Reporter::new(false).warnings(warnings.list());
 
     let subjects = build(&scene, pool.current_num_threads())?;
     let enough = args.kilorays * 1000;

@@ -1,12 +1,12 @@
 //! `gdpt compare` from files to figures.
 
-use super::{Ended, Format};
+use super::{Ended, Format, check_same_size};
 use crate::cli::CompareArgs;
 use crate::compare::{self, Comparison, Measured, References};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::load::exr;
-use crate::output::{self, colour_map, write_whole};
+use crate::output::{self, colour_map, write_json};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -44,18 +44,8 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
     let image = picture(&args.image)?;
     let of_same_size = |path: &Path| {
         let reference = picture(path)?;
-        if (reference.width, reference.height) == (image.width, image.height) {
-            return Ok(reference);
-        }
-        let message = format!(
-            "is {}x{}, but {} is {}x{}",
-            reference.width,
-            reference.height,
-            args.image.display(),
-            image.width,
-            image.height
-        );
-        Err(Error::input(path, None, message))
+        check_same_size(path, &reference, &args.image, &image)?;
+        Ok(reference)
     };
     let first = of_same_size(&args.reference)?;
     let second = args.second.as_deref().map(of_same_size).transpose()?;
@@ -81,10 +71,7 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
             height: image.height,
             comparison: &comparison,
         };
-        write_whole(path, |file| {
-            serde_json::to_writer_pretty(&mut *file, &report)?;
-            file.write_all(b"\n")
-        })?;
+        write_json(path, &report)?;
     }
     if let Some(path) = &args.heatmap {
         let errors = compare::relative_errors(&image, references);
@@ -120,21 +107,21 @@ fn table(c: &Comparison) -> String {
     };
     let mut text = format!(
         "MSE              {}\nrelMSE           {}\n",
-        measured(&c.mse),
-        measured(&c.rel_mse)
+        measured(&c.errors.mse),
+        measured(&c.errors.rel_mse)
     );
-    text += &format!("  trimmed        {:.4e}\n", c.rel_mse_trimmed);
-    let share = c.rel_bias.map(|b| format!(" ({:+.3} %)", b * 100.0));
+    text += &format!("  trimmed        {:.4e}\n", c.errors.rel_mse_trimmed);
+    let share = c.errors.rel_bias.map(|b| format!(" ({:+.3} %)", b * 100.0));
     text += &format!(
         "bias             {:+.4e}{}\n",
-        c.bias,
+        c.errors.bias,
         share.unwrap_or_default()
     );
     text += &format!("PSNR             {:.2} dB\n", c.psnr);
     if let Some(ssim) = c.ssim {
         text += &format!("SSIM             {ssim:.5}\n");
     }
-    text += match c.mse.interval {
+    text += match c.errors.mse.interval {
         None => {
             "with one reference, its own noise counts as error; give a second one to take it out\n"
         }

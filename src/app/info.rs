@@ -5,7 +5,7 @@ use crate::bsdf::Bsdf;
 use crate::cli::InfoArgs;
 use crate::error::{Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
-use crate::output::{check_outputs, write_whole};
+use crate::output::{check_outputs, write_json};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use glam::Vec3;
@@ -81,10 +81,7 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
     };
     let _ = write!(std::io::stdout(), "{}", text(&info));
     if let Some(path) = &args.json {
-        write_whole(path, |file| {
-            serde_json::to_writer_pretty(&mut *file, &info)?;
-            file.write_all(b"\n")
-        })?;
+        write_json(path, &info)?;
     }
     Ok(Ended::Done)
 }

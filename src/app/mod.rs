@@ -11,6 +11,7 @@ pub mod spectrum;
 use crate::cli::Reconstruct;
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
+use crate::image::Image;
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
@@ -131,6 +132,33 @@ const BYTES_OF_IMAGES: usize = 460;
 /// Memory for the film and the images made of it.
 fn picture_bytes(width: u32, height: u32) -> u64 {
     u64::from(width) * u64::from(height) * (BYTES_PER_PIXEL + BYTES_OF_IMAGES) as u64
+}
+
+/// Refuses an image that is not of the size of another.
+fn check_same_size(path: &Path, image: &Image, other_path: &Path, other: &Image) -> Result<()> {
+    if (image.width, image.height) == (other.width, other.height) {
+        return Ok(());
+    }
+    let message = format!(
+        "is {}x{}, but {} is {}x{}",
+        image.width,
+        image.height,
+        other_path.display(),
+        other.width,
+        other.height
+    );
+    Err(Error::input(path, None, message))
+}
+
+/// What `values` holds, each once.
+fn distinct<T: PartialEq + Copy>(values: &[T]) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for &value in values {
+        if !distinct.contains(&value) {
+            distinct.push(value);
+        }
+    }
+    distinct
 }
 
 /// A pool of `threads` threads, or of as many as the machine has.

@@ -1,6 +1,6 @@
 //! `gdpt reconstruct` from files to files.
 
-use super::{Ended, Format, HALF_A, reconstruction, thread_pool};
+use super::{Ended, Format, HALF_A, check_same_size, reconstruction, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
@@ -288,16 +288,8 @@ fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Re
     let (width, height) = (first.width, first.height);
     let of_same_size = |path: &Path| {
         let image = read(path)?;
-        if (image.width, image.height) == (width, height) {
-            return Ok(image);
-        }
-        let message = format!(
-            "is {}x{}, but {} is {width}x{height}",
-            image.width,
-            image.height,
-            primal.display()
-        );
-        Err(Error::input(path, None, message))
+        check_same_size(path, &image, primal, &first)?;
+        Ok(image)
     };
     let direct = match direct {
         Some(path) => of_same_size(path)?,

@@ -1,6 +1,6 @@
 //! `gdpt spectrum` from a scene to figures of the error theory.
 
-use super::{Ended, SceneFlags, load_scene, thread_pool};
+use super::{Ended, SceneFlags, distinct, load_scene, thread_pool};
 use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
@@ -47,8 +47,7 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
         return Err(Error::Setting(message.into()));
     }
     let mut steps = Steps::new(args.quiet, args.renders as f64);
-    let warnings = warnings.list().iter();
-    warnings.for_each(|w| steps.say(&format!("warning: {w}")));
+    steps.warnings(warnings.list());
     let measured = pool.install(|| measure(args, &scene, &mut steps, stop));
     steps.end();
     let Some(measured) = measured? else {
@@ -116,12 +115,9 @@ fn write(args: &SpectrumArgs, name: &str, scene: &Scene, measured: &Measured) ->
     let folder = &args.output;
     let file = |what: &str| folder.join(format!("{name}-{what}"));
     let best = measured.variances.best_alpha();
-    let mut alphas = vec![0.0];
-    for &alpha in args.alphas.iter().filter(|&&a| a != best) {
-        if !alphas.contains(&alpha) {
-            alphas.push(alpha);
-        }
-    }
+    // Gradients alone first, the best one last.
+    let mut alphas = distinct(&[&[0.0], &args.alphas[..]].concat());
+    alphas.retain(|&alpha| alpha == 0.0 || alpha != best);
     alphas.push(best);
     let bins = table::bins(measured, &alphas, BINS_PER_OCTAVE);
     let octaves = table::bins(measured, &alphas, 1);

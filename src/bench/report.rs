@@ -2,7 +2,7 @@
 
 use super::measure::Row;
 use crate::error::Result;
-use crate::output::write_whole;
+use crate::output::{write_json, write_whole};
 use std::io::Write;
 use std::path::Path;
 
@@ -42,10 +42,7 @@ pub fn table(rows: &[Row]) -> String {
 
 /// Writes the rows as a JSON array.
 pub fn json(path: &Path, rows: &[Row]) -> Result<()> {
-    write_whole(path, |file| {
-        serde_json::to_writer_pretty(&mut *file, rows)?;
-        file.write_all(b"\n")
-    })
+    write_json(path, rows)
 }
 
 /// Writes the rows as CSV with a header.

@@ -153,16 +153,13 @@ fn viewer(views: &[View]) -> std::io::Result<Markup> {
             div.store hidden {
                 @for view in views {
                     img data-kind="picture" src=(data(&view.picture)?) alt=(view.name);
-                    @if let Some(heat) = &view.heat {
-                        img data-kind="error" src=(data(heat)?) alt=(view.name);
-                    } @else {
-                        img data-kind="error" src=(data(&view.picture)?) alt=(view.name);
-                    }
+                    @let heat = view.heat.as_ref().unwrap_or(&view.picture);
+                    img data-kind="error" src=(data(heat)?) alt=(view.name);
                 }
             }
             p.note {
-                "Drag in the picture or use the slider; wheel or buttons zoom, dragging with shift moves. Errors: relative squared \
-                 error, violet 1e-6 or less, green 1e-3, yellow 1 or more."
+                "Drag in the picture or use the slider; wheel or buttons zoom, dragging with shift moves. \
+                 Errors: relative squared error, violet 1e-6 or less, green 1e-3, yellow 1 or more."
             }
         }
     })

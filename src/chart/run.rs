@@ -8,7 +8,8 @@ use crate::image::Image;
 use crate::path::{Counts, PathSettings};
 use crate::picture::{self, Picture};
 use crate::reconstruct::{self, Alpha, PAPER_ALPHA};
-use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
+use crate::render::{Ending, Job, Limits, Method, Outcome, TILE_SIZE};
+use crate::sampler::Points;
 use crate::scene::Scene;
 use crate::trace::Traverse;
 use std::time::Duration;
@@ -25,8 +26,12 @@ pub struct Run<'a> {
     pub tracer: &'a dyn Traverse,
     /// How the film is filled.
     pub tracing: Tracing,
-    /// Depth, seed and sampler; the weights are those of `tracing`.
-    pub settings: PathSettings,
+    /// Longest path in segments.
+    pub depth: u32,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// How the samples of a pixel are spread.
+    pub points: Points,
     /// Seconds for tracing and for making a picture.
     pub seconds: f64,
 }
@@ -42,17 +47,33 @@ pub struct Finished {
 }
 
 impl Run<'_> {
-    fn job(&self, limits: Limits) -> Job<'_> {
-        Job {
+    /// What the paths depend on.
+    pub fn settings(&self) -> PathSettings {
+        PathSettings {
+            depth: self.depth,
+            seed: self.seed,
+            points: self.points,
+            weights: self.tracing.weights,
+        }
+    }
+
+    /// Adds samples to `film` until a limit is reached; `None` if `stop` ended it.
+    fn trace(
+        &self,
+        film: &mut Film,
+        limits: Limits,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Outcome> {
+        let job = Job {
             scene: self.scene,
             tracer: self.tracer,
             method: self.tracing.method,
-            settings: PathSettings {
-                weights: self.tracing.weights,
-                ..self.settings
-            },
+            settings: self.settings(),
             limits,
-        }
+        };
+        let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
+        let outcome = job.run(film, &mut ask, &mut |_| ());
+        (outcome.ended != Ending::Interrupted).then_some(outcome)
     }
 
     fn film(&self) -> Film {
@@ -83,17 +104,13 @@ impl Run<'_> {
         loop {
             // Trace.
             let left = (self.seconds - solving - tracing).max(0.0);
-            let job = self.job(Limits {
+            let limits = Limits {
                 samples: target,
                 time: Some(Duration::from_secs_f64(left)),
-            });
-            let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
-            let outcome = job.run(&mut film, &mut ask, &mut |_| ());
-            tracing += outcome.elapsed.as_secs_f64();
-            let last = match outcome.ended {
-                Ending::Interrupted => return None,
-                ended => ended == Ending::Time,
             };
+            let outcome = self.trace(&mut film, limits, stop)?;
+            tracing += outcome.elapsed.as_secs_f64();
+            let last = outcome.ended == Ending::Time;
 
             // Make the pictures and measure.
             let made: Vec<Picture> = reconstructions
@@ -102,7 +119,7 @@ impl Run<'_> {
                 .collect();
             solving = made.iter().map(|p| p.seconds).fold(0.0, f64::max);
             for (&reconstruction, picture) in reconstructions.iter().zip(&made) {
-                let found = compare::compare(&picture.image, references);
+                let found = compare::errors(&picture.image, references);
                 rows.push(Row {
                     scene: scene_name.to_owned(),
                     method: self.method_name(reconstruction),
@@ -111,7 +128,7 @@ impl Run<'_> {
                         Method::Gpt => name_of(self.tracing.weights),
                     },
                     backend: self.tracing.backend.name().to_owned(),
-                    seed: self.settings.seed,
+                    seed: self.seed,
                     samples: film.count(Halves::Both),
                     last,
                     seconds: tracing + picture.seconds,
@@ -138,15 +155,11 @@ impl Run<'_> {
     /// tracing. `None` if `stop` ended it.
     pub fn reference(&self, stop: &(dyn Fn() -> bool + Sync)) -> Option<Image> {
         let mut film = self.film();
-        let job = self.job(Limits {
+        let limits = Limits {
             samples: u64::MAX,
             time: Some(Duration::from_secs_f64(self.seconds)),
-        });
-        let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
-        let outcome = job.run(&mut film, &mut ask, &mut |_| ());
-        if outcome.ended == Ending::Interrupted {
-            return None;
-        }
+        };
+        self.trace(&mut film, limits, stop)?;
         let reconstruction = match self.tracing.method {
             Method::Pt => reconstruct::Method::Primal,
             Method::Gpt => reconstruct::Method::L2(Alpha::Fixed(PAPER_ALPHA)),

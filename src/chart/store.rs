@@ -6,9 +6,8 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::load::exr;
 use crate::output::exr::Layers;
-use crate::output::write_whole;
+use crate::output::write_json;
 use std::fs;
-use std::io::Write;
 use std::path::PathBuf;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -47,10 +46,7 @@ impl Store {
 
     /// Keeps the rows of a finished run.
     pub fn keep_rows(&self, what: &str, key: &str, rows: &[Row]) -> Result<()> {
-        write_whole(&self.file(what, key, "json"), |file| {
-            serde_json::to_writer(&mut *file, rows)?;
-            file.write_all(b"\n")
-        })
+        write_json(&self.file(what, key, "json"), rows)
     }
 
     /// Images that were kept, by the names of their layers. A file that cannot be read or lacks one counts

@@ -38,9 +38,9 @@ pub struct Measured {
     pub interval: Option<f64>,
 }
 
-/// What is measured between an image and references, over all pixels and channels.
+/// Errors of an image against references, over all pixels and channels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub struct Errors {
     /// Mean squared error.
     pub mse: Measured,
     /// Mean of the squared error over the square of the reference + 0.01.
@@ -51,6 +51,14 @@ pub struct Comparison {
     pub bias: f64,
     /// The same as a share of the reference's mean; `None` for a black reference.
     pub rel_bias: Option<f64>,
+}
+
+/// Errors, and how alike the pictures are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The errors.
+    #[serde(flatten)]
+    pub errors: Errors,
     /// Peak signal-to-noise ratio in decibels, of the pictures in sRGB.
     pub psnr: f64,
     /// Structural similarity of the pictures' luma in sRGB, at most 1; `None` for pictures smaller than its
@@ -135,6 +143,16 @@ impl PixelErrors {
 
 /// Compares an image to references of its size.
 pub fn compare(image: &Image, references: References) -> Comparison {
+    let reference = references.mean();
+    Comparison {
+        errors: errors(image, references),
+        psnr: psnr(image, &reference),
+        ssim: ssim(image, &reference),
+    }
+}
+
+/// The errors alone.
+pub fn errors(image: &Image, references: References) -> Errors {
     let errors = PixelErrors::new(image, references);
     let measured = |values: &[f64], spread: &[f64]| Measured {
         value: mean(values),
@@ -147,14 +165,12 @@ pub fn compare(image: &Image, references: References) -> Comparison {
         values.map(|&v| f64::from(v)).sum::<f64>() / count as f64
     };
     let bias = mean_of(image) - mean_of(&reference);
-    Comparison {
+    Errors {
         mse: measured(&errors.squared, &errors.spread),
         rel_mse: measured(&errors.relative, &errors.relative_spread),
         rel_mse_trimmed: trimmed(&errors),
         bias,
         rel_bias: Some(bias / mean_of(&reference)).filter(|b| b.is_finite()),
-        psnr: psnr(image, &reference),
-        ssim: ssim(image, &reference),
     }
 }
 
@@ -170,8 +186,8 @@ fn mean(values: &[f64]) -> f64 {
 
 /// Half of the 95 % interval of the mean of (I − R₁)(I − R₂).
 ///
-/// With C the covariance of the references' noise, and if it is normal and of one quality in both, products at pixels i and j with errors e have the covariance
-/// 2C e_i e_j + C². This is also the mean of q_i q_j for the spread q = ((I − R₁)² − (I − R₂)²)/2, so
+/// With C the covariance of the references' noise, and if it is normal and of one quality in both,
+/// products at pixels i and j with errors e have the covariance 2C e_i e_j + C². This is also the mean of q_i q_j for the spread q = ((I − R₁)² − (I − R₂)²)/2, so
 /// the square of the sum of q estimates the variance of the sum of products: over blocks, as far as the
 /// noise of a reconstructed reference is correlated. Few blocks that count know it badly: Student's t.
 fn interval(spread: &[f64], width: usize) -> f64 {

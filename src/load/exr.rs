@@ -1,16 +1,12 @@
 //! EXR files: all channels by name, as 32-bit float.
 
-use super::{check_readable, guarded};
+use super::{MAX_PIXELS, MAX_SIDE, check_readable, guarded};
 use crate::error::{Error, Result};
 use crate::memory;
 use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Largest number of pixels of a picture, as a render has it.
-const MAX_PIXELS: u64 = 1 << 28;
-/// Largest number of pixels along one side.
-const MAX_SIDE: usize = 1 << 16;
 /// Bytes of a value while it is read: as in the file, and as 32-bit float.
 const BYTES_PER_VALUE: u64 = 8;
 
@@ -78,7 +74,7 @@ fn check_size(path: &Path) -> Result<()> {
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
         let pixels = width as u64 * height as u64;
-        if width.max(height) > MAX_SIDE || pixels > MAX_PIXELS {
+        if width.max(height) > MAX_SIDE as usize || pixels > MAX_PIXELS {
             let message = format!(
                 "is {width}x{height}: a picture has at most {MAX_SIDE} pixels along a side, {MAX_PIXELS} in all"
             );

@@ -9,6 +9,11 @@ pub mod sidecar;
 
 use crate::error::{Error, Result};
 
+/// Largest number of pixels along one side of a picture.
+pub const MAX_SIDE: u32 = 1 << 16;
+/// Largest number of pixels of a picture.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
 /// Runs a parser of another crate and turns a panic inside it into an error message. The hook that
 /// prints panics must be silenced by [`inside_parser`].
 pub(crate) fn guarded<T>(parse: impl FnOnce() -> T) -> std::result::Result<T, ()> {

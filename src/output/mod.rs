@@ -7,6 +7,7 @@ pub mod png;
 pub mod stats;
 
 use crate::error::{Error, Result};
+use serde::Serialize;
 use std::fs::Permissions;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
@@ -29,6 +30,14 @@ pub fn write_whole(
     file.as_file_mut().rewind().map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
+}
+
+/// Writes `value` as JSON, indented.
+pub fn write_json(path: &Path, value: &(impl Serialize + ?Sized)) -> Result<()> {
+    write_whole(path, |file| {
+        serde_json::to_writer_pretty(&mut *file, value)?;
+        file.write_all(b"\n")
+    })
 }
 
 /// Whether a file can be written at `path`: found out before hours of rendering, not after.

@@ -1,6 +1,6 @@
 //! The summary of a render: for people and for machines.
 
-use super::write_whole;
+use super::write_json;
 use crate::error::Result;
 use crate::path::Counts;
 use crate::shift::Death;
@@ -78,10 +78,7 @@ impl Stats {
 
     /// Writes it as JSON.
     pub fn write(&self, path: &Path) -> Result<()> {
-        write_whole(path, |file| {
-            serde_json::to_writer_pretty(&mut *file, self)?;
-            std::io::Write::write_all(file, b"\n")
-        })
+        write_json(path, self)
     }
 
     /// The summary in a few lines.

@@ -8,6 +8,7 @@ pub mod mesh;
 use crate::error::{Error, Result, Warnings};
 use crate::load::obj::ObjFile;
 use crate::load::sidecar::CameraTable;
+use crate::load::{MAX_PIXELS, MAX_SIDE};
 use camera::Camera;
 use glam::Vec3;
 use light::Lights;
@@ -44,10 +45,6 @@ pub struct SceneSettings {
     /// Vertices at most this rough are of class specular.
     pub roughness_threshold: f32,
 }
-
-/// Largest number of pixels along one side, and of pixels in all.
-const MAX_SIDE: u32 = 1 << 16;
-const MAX_PIXELS: u64 = 1 << 28;
 
 impl Scene {
     /// Builds the scene; `path` is for messages.

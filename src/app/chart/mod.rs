@@ -2,7 +2,7 @@
 
 mod scene;
 
-use super::{Ended, SceneFlags, load_scene, reconstruction, thread_pool};
+use super::{Ended, SceneFlags, distinct, load_scene, reconstruction, thread_pool};
 use crate::chart::report::SceneReport;
 use crate::chart::store::Store;
 use crate::chart::{Row, Tracing, curves, figures, name_of, report};
@@ -52,9 +52,7 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
         "about {minutes} min, less what is kept from before; Ctrl-C keeps what is finished"
     ));
     let mut ended = Ended::Done;
-    for warning in warnings.list() {
-        steps.say(&format!("warning: {warning}"));
-    }
+    steps.warnings(warnings.list());
     for (name, scene) in &scenes {
         match plan.scene(name, scene, &mut rows, &mut steps)? {
             Some(report) => reports.push(report),
@@ -82,17 +80,6 @@ fn load(args: &ChartArgs, path: &Path, warnings: &mut Warnings) -> Result<(Strin
         stem.to_string_lossy().into_owned(),
         load_scene(path, flags, warnings)?,
     ))
-}
-
-/// What `values` holds, each once.
-fn distinct<T: PartialEq + Copy>(values: &[T]) -> Vec<T> {
-    let mut distinct = Vec::new();
-    for &value in values {
-        if !distinct.contains(&value) {
-            distinct.push(value);
-        }
-    }
-    distinct
 }
 
 impl<'a> Plan<'a> {

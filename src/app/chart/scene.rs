@@ -10,7 +10,6 @@ use crate::gradient::Weights;
 use crate::image::Image;
 use crate::output::colour_map;
 use crate::output::png::Pixels;
-use crate::path::PathSettings;
 use crate::picture;
 use crate::progress::Steps;
 use crate::reconstruct;
@@ -33,6 +32,8 @@ impl Plan<'_> {
         rows: &mut Vec<Row>,
         steps: &mut Steps,
     ) -> Result<Option<SceneReport>> {
+        let scene_hash = scene.hash();
+
         // References.
         let backend = self.args.backends.first().copied();
         let backend = backend.unwrap_or(Backend::DEFAULT);
@@ -47,7 +48,7 @@ impl Plan<'_> {
             };
             let run = self.run(scene, &*tracer, tracing, seed, self.reference_seconds);
             let what = format!("{name}-reference-{}", index + 1);
-            let key = self.key(&run);
+            let key = self.key(scene_hash, &run);
             let kept = self.store.images(&what, &key, &[""]);
             let image = match kept.and_then(|mut images| images.pop()) {
                 Some(image) => image,
@@ -65,7 +66,8 @@ impl Plan<'_> {
         let references = References::Two(&references[0], &references[1]);
 
         // Runs.
-        let reference = References::mean(&references);
+        let reference = references.mean();
+        let depends_on = (scene_hash, hash(&reference));
         let mut report = SceneReport {
             about: format!(
                 "{}x{} pixels, {} triangles; two references of {} s each",
@@ -96,7 +98,8 @@ impl Plan<'_> {
                     self.args.seeds
                 ));
                 let run = self.run(scene, &*built.1, tracing, seed, self.run_seconds);
-                let Some((found, images)) = self.measure(name, &run, references)? else {
+                let Some((found, images)) = self.measure(name, &run, references, depends_on)?
+                else {
                     return Ok(None);
                 };
                 if seed == 0 {
@@ -126,23 +129,19 @@ impl Plan<'_> {
             scene,
             tracer,
             tracing,
-            settings: PathSettings {
-                depth: self.args.depth,
-                seed,
-                points: self.args.sampler,
-                weights: tracing.weights,
-            },
+            depth: self.args.depth,
+            seed,
+            points: self.args.sampler,
             seconds,
         }
     }
 
     /// All that a run depends on, but for the references.
-    fn key(&self, run: &Run) -> String {
+    fn key(&self, scene_hash: u64, run: &Run) -> String {
         format!(
-            "{:016x} {:?} {:?} {} {}",
-            run.scene.hash(),
+            "{scene_hash:016x} {:?} {:?} {} {}",
             run.tracing,
-            run.settings,
+            run.settings(),
             run.seconds,
             self.pool.current_num_threads()
         )
@@ -155,6 +154,7 @@ impl Plan<'_> {
         name: &str,
         run: &Run,
         references: References,
+        (scene_hash, reference_hash): (u64, u64),
     ) -> Result<Option<(Vec<Row>, Vec<Image>)>> {
         let primal = [reconstruct::Method::Primal];
         let reconstructions = match run.tracing.method {
@@ -165,16 +165,15 @@ impl Plan<'_> {
             "{name}-{}-{}-{}",
             name_of(run.tracing.method),
             run.tracing.backend.name(),
-            run.settings.seed
+            run.seed
         );
         let key = format!(
-            "{} {reconstructions:?} {:016x}",
-            self.key(run),
-            hash(references)
+            "{} {reconstructions:?} {reference_hash:016x}",
+            self.key(scene_hash, run)
         );
         let names = || reconstructions.iter().map(|&m| picture::describe(m).0);
         let layers: Vec<&str> = names().chain(["dx", "dy"]).collect();
-        let with_pictures = run.settings.seed == 0;
+        let with_pictures = run.seed == 0;
         if let Some(rows) = self.store.rows(&what, &key) {
             if !with_pictures {
                 return Ok(Some((rows, Vec::new())));
@@ -232,9 +231,8 @@ impl Plan<'_> {
     }
 }
 
-/// A fingerprint of references.
-fn hash(references: References) -> u64 {
-    let mean = references.mean();
-    let values = mean.channels.iter().flatten();
+/// A fingerprint of an image.
+fn hash(image: &Image) -> u64 {
+    let values = image.channels.iter().flatten();
     xxh3_64(&values.flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
 }

@@ -65,7 +65,8 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     // Film, and what a checkpoint holds of it.
     let mut film = Film::new(width, height, TILE_SIZE);
     let mut settings = settings(args);
-    let mut saving = Saving::new(args, &scene, &settings);
+    let scene_hash = format!("{:016x}", scene.hash());
+    let mut saving = Saving::new(args, &scene, &scene_hash, &settings);
     saving.lock()?;
     if let Some(samples) = saving.resume(&mut film)? {
         reporter.say(&format!("going on from {samples} samples"));
@@ -133,7 +134,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     let mut stats = Stats {
         version: env!("CARGO_PKG_VERSION"),
         scene: args.scene.display().to_string(),
-        scene_hash: format!("{:016x}", scene.hash()),
+        scene_hash,
         settings,
         width,
         height,

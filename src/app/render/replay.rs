@@ -5,6 +5,7 @@ use crate::app::Ended;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::path::replay;
+use crate::progress::Reporter;
 use crate::render::Method;
 use std::io::Write;
 
@@ -15,9 +16,7 @@ pub(super) fn replay(args: &RenderArgs) -> Result<Ended> {
     };
     let mut warnings = Warnings::new(args.strict);
     let scene = load(args, &mut warnings)?;
-    for warning in warnings.list().iter().filter(|_| !args.quiet) {
-        let _ = writeln!(std::io::stderr(), "warning: {warning}");
-    }
+    Reporter::new(args.quiet).warnings(warnings.list());
     let (width, height) = (scene.camera.width, scene.camera.height);
     if x >= width || y >= height {
         return Err(Error::Setting(format!(

@@ -53,12 +53,13 @@ impl<'a> Saving<'a> {
     pub(super) fn new(
         args: &'a RenderArgs,
         scene: &Scene,
+        scene_hash: &str,
         settings: &BTreeMap<&'static str, String>,
     ) -> Self {
         let settings = settings.iter().map(|(&name, value)| (name, value.clone()));
         let more = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("scene", format!("{:016x}", scene.hash())),
+            ("scene", scene_hash.to_owned()),
             (
                 "size",
                 format!("{}x{}", scene.camera.width, scene.camera.height),
