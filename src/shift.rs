@@ -135,7 +135,7 @@ fn same_kind(scene: &Scene, base: &Vertex, offset: &End) -> Result<Vertex, Death
     match offset {
         End::Surface(vertex) if vertex.class(scene) == base.class(scene) => Ok(*vertex),
         End::Surface(_) => Err(Death::Class),
-        End::Light(_) | End::Environment => Err(Death::Missed),
+        End::Light(_) | End::Environment(_) => Err(Death::Missed),
     }
 }
 
@@ -222,7 +222,7 @@ pub fn same_direction(scene: &Scene, wi: Vec3, offset: &Vertex) -> Result<Shifte
 }
 
 /// Copies the half vector of the scattering event at x_k (`base`) to y_k (`offset`), frame to frame.
-/// Delta lobes have |T'| = 1, the probability of their choice being inside the densities.
+/// Single directions have |T'| = 1, the probability of their choice being inside the densities.
 #[inline]
 pub fn copy_half_vector(
     scene: &Scene,
@@ -234,14 +234,14 @@ pub fn copy_half_vector(
     let lobe = scattering.lobe;
     let (x_frame, y_frame) = (base.frame(), offset.frame());
     let (x_wo, y_wo) = (x_frame.to_local(base.wo), y_frame.to_local(offset.wo));
-    // Inside stays inside, and a delta stays a delta.
+    // Inside stays inside, and a single direction stays one.
     if x_wo.z * y_wo.z <= 0.0 {
         return Err(Death::Side);
     }
-    if base_bsdf.is_delta() != offset_bsdf.is_delta() || !offset_bsdf.has(lobe) {
+    if !offset_bsdf.has(lobe) {
         return Err(Death::Lobe);
     }
-    let (local_wi, eval, jacobian) = if base_bsdf.is_delta() {
+    let (local_wi, eval, jacobian) = if scattering.delta {
         let h = Vec3::new(0.0, 0.0, y_wo.z.signum());
         let wi = half_vector::to_direction(lobe, offset_bsdf.ior(), y_wo, h).ok_or(Death::Lobe)?;
         let eval = offset_bsdf.eval_delta(y_wo, lobe).ok_or(Death::Lobe)?;
@@ -281,7 +281,7 @@ pub fn arrive_at_light(offset: &End) -> Result<LightPoint, Death> {
     match offset {
         End::Light(light) if light.front => Ok(*light),
         End::Light(_) => Err(Death::Side),
-        End::Surface(_) | End::Environment => Err(Death::Missed),
+        End::Surface(_) | End::Environment(_) => Err(Death::Missed),
     }
 }
 

@@ -1,9 +1,11 @@
 //! Path vertices: what a ray met, with all that scattering and shifting need there.
 
-use crate::bsdf::{Bsdf, Eval, Lobe, lambert};
+use crate::bsdf::{Bsdf, Eval, Lobe, Sampled, Texel, lambert};
 use crate::frame::{Frame, offset_origin};
 use crate::scene::Scene;
-use crate::scene::material::Class;
+use crate::scene::material::{Class, Material};
+use crate::scene::mesh::SHALLOWEST;
+use crate::scene::textured::Textures;
 use crate::trace::rays::{Hit, Ray};
 use glam::Vec3;
 
@@ -16,14 +18,14 @@ pub struct Vertex {
     pub ng: Vec3,
     /// Interpolated shading normal, unit, on the front side too.
     pub ns: Vec3,
-    /// The normal to shade with as seen from `wo`: `ns`, or `ng` where that is behind `ns`.
-    pub normal: Vec3,
     /// Unit direction to the previous vertex, in the world.
     pub wo: Vec3,
     /// Distance by which rays start off the surface.
     pub offset: f32,
     /// Index into [`Scene::materials`].
     pub material: u32,
+    /// What the material's textures say here.
+    pub texel: Texel,
 }
 
 /// The end of a path segment.
@@ -33,8 +35,8 @@ pub enum End {
     Surface(Vertex),
     /// A light, on which every path ends.
     Light(LightPoint),
-    /// Nothing; the direction leads to the environment.
-    Environment,
+    /// Nothing; this unit direction leads to the environment.
+    Environment(Vec3),
 }
 
 /// A point on a light, met by a ray.
@@ -46,8 +48,8 @@ pub struct LightPoint {
     pub ng: Vec3,
     /// Radiance towards where the ray came from; 0 at the back.
     pub radiance: Vec3,
-    /// Density per area with which light sampling draws this point.
-    pub density: f32,
+    /// The triangle; light sampling has its density by [`Lights::density`](crate::scene::light::Lights::density).
+    pub triangle: u32,
     /// Distance by which rays end before the surface.
     pub offset: f32,
     /// Whether the ray met the side that emits. The back is outside of the path space: light sampling
@@ -57,33 +59,47 @@ pub struct LightPoint {
 
 impl End {
     /// What the ray with unit direction `direction` met.
-    #[inline]
+    #[inline(always)]
     pub fn new(scene: &Scene, hit: Option<Hit>, direction: Vec3) -> Self {
         let Some(hit) = hit else {
-            return End::Environment;
+            return End::Environment(direction);
         };
-        let material = scene.mesh.material_of[hit.triangle as usize];
-        let point = scene.mesh.point(hit.triangle, hit.u, hit.v);
-        let front = point.ng.dot(direction) < 0.0;
-        match scene.materials[material as usize].emission {
-            Some(radiance) => End::Light(LightPoint {
+        let index = scene.mesh.material_of[hit.triangle as usize];
+        let material = &scene.materials[index as usize];
+        let mut point = scene.mesh.point(hit.triangle, hit.u, hit.v);
+        if let Some(radiance) = material.emission {
+            let front = point.ng.dot(direction) < 0.0;
+            let radiance = match material.textures {
+                _ if !front => Vec3::ZERO,
+                None => radiance,
+                Some(_) => material.radiance(&scene.mesh, hit.triangle, hit.u, hit.v),
+            };
+            return End::Light(LightPoint {
                 position: point.position,
                 ng: point.ng,
-                radiance: if front { radiance } else { Vec3::ZERO },
-                density: scene.lights.density(material),
+                radiance,
+                triangle: hit.triangle,
                 offset: point.offset,
                 front,
-            }),
-            None => End::Surface(Vertex {
-                position: point.position,
-                ng: point.ng,
-                ns: point.ns,
-                normal: normal_seen_from(point.ng, point.ns, -direction),
-                wo: -direction,
-                offset: point.offset,
-                material,
-            }),
+            });
         }
+        let texel = match &material.textures {
+            None => material.texel,
+            Some(textures) => {
+                let (texel, ns) = textured(scene, material, textures, hit, (point.ng, point.ns));
+                point.ns = ns;
+                texel
+            }
+        };
+        End::Surface(Vertex {
+            position: point.position,
+            ng: point.ng,
+            ns: point.ns,
+            wo: -direction,
+            offset: point.offset,
+            material: index,
+            texel,
+        })
     }
 
     /// The class that decides between reconnection and half-vector copy: lights and the environment
@@ -92,34 +108,75 @@ impl End {
     pub fn class(&self, scene: &Scene) -> Class {
         match self {
             End::Surface(v) => v.class(scene),
-            End::Light(_) | End::Environment => Class::Rough,
+            End::Light(_) | End::Environment(_) => Class::Rough,
         }
     }
 }
 
+/// What textures say of a point, and its shading normal `ns` turned by relief. Not inlined: scenes without
+/// textures shall not have it in their loops.
+#[cold]
+#[inline(never)]
+fn textured(
+    scene: &Scene,
+    material: &Material,
+    textures: &Textures,
+    hit: Hit,
+    (ng, ns): (Vec3, Vec3),
+) -> (Texel, Vec3) {
+    let uv = scene.mesh.texcoord(hit.triangle, hit.u, hit.v);
+    let texel = textures.texel(&material.bsdf, &material.texel, uv);
+    let turned = match (&textures.relief, scene.mesh.tangents(hit.triangle)) {
+        (Some(relief), Some(tangents)) => relief.turn(ns, tangents, uv),
+        _ => ns,
+    };
+    // A normal that looks away from the triangle's front has nothing to shade with.
+    let ns = if turned.dot(ng) > SHALLOWEST {
+        turned
+    } else {
+        ns
+    };
+    (texel, ns)
+}
+
 impl Vertex {
+    #[inline]
+    fn material<'a>(&self, scene: &'a Scene) -> &'a Material {
+        &scene.materials[self.material as usize]
+    }
+
     /// Its BSDF.
     #[inline]
-    pub fn bsdf<'a>(&self, scene: &'a Scene) -> &'a Bsdf {
-        &scene.materials[self.material as usize].bsdf
+    pub fn bsdf(&self, scene: &Scene) -> Bsdf {
+        self.material(scene).bsdf.with(&self.texel)
     }
 
     /// Rough or specular.
     #[inline]
     pub fn class(&self, scene: &Scene) -> Class {
-        scene.materials[self.material as usize].class
+        let material = self.material(scene);
+        match &material.textures {
+            None => material.class,
+            Some(textures) => textures.class(&material.bsdf, &self.texel, material.class),
+        }
+    }
+
+    /// The normal to shade with as seen from `wo`: `ns`, or `ng` where that is behind `ns`.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        normal_seen_from(self.ng, self.ns, self.wo)
     }
 
     /// Probability that Russian roulette lets the path go on from here.
     #[inline]
     pub fn survival(&self, scene: &Scene) -> f32 {
-        scene.materials[self.material as usize].survival
+        self.material(scene).survival
     }
 
     /// The shading frame as seen from `wo`.
     #[inline]
     pub fn frame(&self) -> Frame {
-        Frame::new(self.normal)
+        Frame::new(self.normal())
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for a unit direction `wi` in the world.
@@ -138,13 +195,10 @@ impl Vertex {
         if !self.agrees(wo, cos_o) || !self.agrees(wi, cos_i) {
             return None;
         }
-        match self.bsdf(scene) {
+        match self.material(scene).bsdf {
             // Needs no tangents.
-            Bsdf::Lambert { albedo } => lambert::eval(*albedo, cos_o, cos_i),
-            bsdf => {
-                let frame = Frame::new(normal);
-                bsdf.eval(frame.to_local(wo), frame.to_local(wi))
-            }
+            Bsdf::Lambert { .. } => lambert::eval(self.texel.colour, cos_o, cos_i),
+            _ => self.eval_other(scene, normal, wo, wi),
         }
     }
 
@@ -156,10 +210,14 @@ impl Vertex {
     }
 
     /// Draws a direction in the world with `u` as in [`Bsdf::sample`]. `None` ends the path.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, scene: &Scene, u: [f32; 3]) -> Option<Scattering> {
         let frame = self.frame();
-        let sampled = self.bsdf(scene).sample(frame.to_local(self.wo), u)?;
+        let wo = frame.to_local(self.wo);
+        let sampled = match self.material(scene).bsdf {
+            Bsdf::Lambert { .. } => lambert::sample(self.texel.colour, wo, [u[0], u[1]])?,
+            _ => self.sample_other(scene, wo, u)?,
+        };
         let wi = frame.to_world(sampled.wi).normalize();
         self.agrees(wi, sampled.wi.z).then_some(Scattering {
             wi,
@@ -169,7 +227,22 @@ impl Vertex {
                 pdf: sampled.pdf,
             },
             lobe: sampled.lobe,
+            delta: sampled.delta,
         })
+    }
+
+    /// As [`Bsdf::sample`]. Not inlined: diffuse scenes shall not have it in their loops.
+    #[inline(never)]
+    fn sample_other(&self, scene: &Scene, wo: Vec3, u: [f32; 3]) -> Option<Sampled> {
+        self.bsdf(scene).sample(wo, u)
+    }
+
+    /// As [`Bsdf::eval`]. Not inlined, as above.
+    #[inline(never)]
+    fn eval_other(&self, scene: &Scene, normal: Vec3, wo: Vec3, wi: Vec3) -> Option<Eval> {
+        let frame = Frame::new(normal);
+        self.bsdf(scene)
+            .eval(frame.to_local(wo), frame.to_local(wi))
     }
 
     /// A ray from here in the unit direction `direction`, without end.
@@ -219,4 +292,19 @@ pub struct Scattering {
     pub eval: Eval,
     /// Reflection or transmission.
     pub lobe: Lobe,
+    /// Whether it is a single direction.
+    pub delta: bool,
+}
+
+impl Scattering {
+    /// The class of the event at `vertex`: a single direction is specular, also where the vertex is rough
+    /// otherwise.
+    #[inline]
+    pub fn class(&self, scene: &Scene, vertex: &Vertex) -> Class {
+        if self.delta {
+            Class::Specular
+        } else {
+            vertex.class(scene)
+        }
+    }
 }

@@ -339,7 +339,7 @@ fn mixed_normals() {
     let mut warnings = gdpt::error::Warnings::new(true);
     let file = gdpt::load::obj::load(&case.path("a.obj"), &mut warnings).unwrap();
     assert_eq!(file.triangles.len(), 2);
-    assert_eq!(file.normal_triangles[0], [gdpt::load::obj::NO_NORMAL; 3]);
+    assert_eq!(file.normal_triangles[0], [gdpt::load::obj::NONE; 3]);
     assert_eq!(
         file.normals[file.normal_triangles[1][0] as usize],
         glam::Vec3::Z

@@ -24,7 +24,7 @@ fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
             fov: Some(fov),
         },
         size: (size as u32, size as u32),
-        environment: Some(Vec3::ZERO),
+        environment: Some(Vec3::ZERO.into()),
         roughness_threshold: 0.05,
     }
 }

@@ -40,7 +40,7 @@ fn many_faces_come_out_in_order() {
         let corners = triangle.map(|c| file.positions[c as usize].to_array());
         let want = [[x, y, 0.0], [x + 1.0, y, 0.0], [x + 1.0, y + 1.0, 0.0]];
         assert_eq!(corners, want, "triangle {i}");
-        let smooth = file.normal_triangles[i] != [obj::NO_NORMAL; 3];
+        let smooth = file.normal_triangles[i] != [obj::NONE; 3];
         assert_eq!(smooth, y >= 100.0, "triangle {i}");
     }
 }

@@ -24,7 +24,7 @@ pub fn shipped_at(name: &str, width: u32, height: u32) -> Scene {
     let settings = SceneSettings {
         camera: toml.camera,
         size: (width, height),
-        environment: toml.environment.radiance.map(Vec3::from),
+        environment: toml.environment.radiance.map(|r| Vec3::from(r).into()),
         roughness_threshold: 0.001,
     };
     Scene::build(path, file, &settings, &mut warnings).expect("a shipped scene")

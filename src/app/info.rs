@@ -7,6 +7,7 @@ use crate::error::{Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::output::{check_outputs, write_json};
 use crate::scene::Scene;
+use crate::scene::environment::Environment;
 use crate::scene::material::{Class, Material};
 use glam::Vec3;
 use serde::Serialize;
@@ -27,7 +28,7 @@ struct Info {
     width: u32,
     height: u32,
     camera: [f32; 3],
-    environment: [f32; 3],
+    environment: String,
     materials: Vec<MaterialInfo>,
     /// Whether there are emitting triangles to be sampled.
     light_sampling: bool,
@@ -71,7 +72,7 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
         width: scene.camera.width,
         height: scene.camera.height,
         camera: scene.camera.origin.to_array(),
-        environment: scene.environment.to_array(),
+        environment: environment(&scene.environment),
         materials: materials(&scene),
         light_sampling: !scene.lights.is_empty(),
         half_vector_copy: scene.materials.iter().any(|m| m.class == Class::Specular),
@@ -112,6 +113,17 @@ fn materials(scene: &Scene) -> Vec<MaterialInfo> {
         .collect()
 }
 
+/// Where light comes from in which there is nothing.
+fn environment(environment: &Environment) -> String {
+    match environment {
+        Environment::Constant(radiance) => format!("{:?}", radiance.to_array()),
+        Environment::Map(map) => {
+            let (width, height) = map.size();
+            format!("a map of {width}x{height}")
+        }
+    }
+}
+
 /// What a material became.
 fn describe(material: &Material) -> String {
     let colour = |c: Vec3| format!("{},{},{}", c.x, c.y, c.z);
@@ -126,6 +138,19 @@ fn describe(material: &Material) -> String {
         Bsdf::RoughGlass { ior, alpha, tint } => {
             format!("glass {ior}, alpha {alpha}, tint {}", colour(tint))
         }
+        Bsdf::Plastic { albedo, coat } => {
+            let metal = if coat.metallic > 0.0 {
+                format!(", {} metal {}", coat.metallic, colour(coat.metal))
+            } else {
+                String::new()
+            };
+            format!(
+                "plastic {}, coat {:.3}, alpha {:.4}{metal}",
+                colour(albedo),
+                coat.f0,
+                coat.alpha
+            )
+        }
     }
 }
 
@@ -134,7 +159,7 @@ fn text(info: &Info) -> String {
     let [low, high] = info.bounds;
     let mut text = format!(
         "{}: {} triangles, {} vertices, from {low:?} to {high:?}\n\
-         picture {}x{}, camera at {:?}, environment {:?}\n",
+         picture {}x{}, camera at {:?}, environment {}\n",
         info.scene,
         info.triangles,
         info.vertices,

@@ -102,7 +102,7 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         environment: flags
             .environment
             .or(toml.environment.radiance)
-            .map(Vec3::from),
+            .map(|r| Vec3::from(r).into()),
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)

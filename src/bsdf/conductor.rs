@@ -11,6 +11,7 @@ pub(super) fn sample_mirror(f0: Vec3, wo: Vec3) -> Sampled {
         value: schlick(f0, wo.z.abs()),
         pdf: 1.0,
         lobe: Lobe::Reflection,
+        delta: true,
     }
 }
 
@@ -41,5 +42,6 @@ pub(super) fn sample(f0: Vec3, alpha: f32, wo: Vec3, u: [f32; 2]) -> Option<Samp
         value,
         pdf,
         lobe: Lobe::Reflection,
+        delta: false,
     })
 }

@@ -39,6 +39,7 @@ pub(super) fn sample_smooth(ior: f32, tint: Vec3, wo: Vec3, u: f32) -> Option<Sa
         value,
         pdf,
         lobe,
+        delta: true,
     })
 }
 
@@ -104,5 +105,6 @@ pub(super) fn sample(
         value,
         pdf,
         lobe,
+        delta: false,
     })
 }

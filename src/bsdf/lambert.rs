@@ -19,15 +19,17 @@ pub fn eval(albedo: Vec3, cos_o: f32, cos_i: f32) -> Option<Eval> {
     })
 }
 
+/// A direction with density cosθ/π; `None` where nothing is reflected.
 #[inline]
-pub(super) fn sample(albedo: Vec3, wo: Vec3, u: [f32; 2]) -> Option<Sampled> {
+pub fn sample(albedo: Vec3, wo: Vec3, u: [f32; 2]) -> Option<Sampled> {
     let mut wi = warp::cosine_hemisphere(u);
     wi.z = wi.z.copysign(wo.z);
     let Eval { value, pdf } = eval(albedo, wo.z, wi.z)?;
-    Some(Sampled {
+    (pdf > 0.0).then_some(Sampled {
         wi,
         value,
         pdf,
         lobe: Lobe::Reflection,
+        delta: false,
     })
 }

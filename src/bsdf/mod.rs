@@ -9,8 +9,10 @@ pub mod fresnel;
 pub mod ggx;
 pub mod half_vector;
 pub mod lambert;
+pub mod plastic;
 
 use glam::Vec3;
+use plastic::Coat;
 
 /// How a material scatters light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +50,24 @@ pub enum Bsdf {
         /// Factor on transmitted light.
         tint: Vec3,
     },
+    /// A Lambert surface under a coat, two-sided.
+    Plastic {
+        /// Reflectance of the Lambert part, in [0, 1].
+        albedo: Vec3,
+        /// What lies over it.
+        coat: Coat,
+    },
+}
+
+/// The values of a material that textures may give, point by point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texel {
+    /// What [`Bsdf::colour`] is.
+    pub colour: Vec3,
+    /// GGX roughness where there is one.
+    pub alpha: f32,
+    /// Factor on the reflectance of plastic's coat.
+    pub specular: f32,
 }
 
 /// The side to which light is scattered.
@@ -64,7 +84,7 @@ pub enum Lobe {
 pub struct Eval {
     /// The BSDF times the cosine at `wi`.
     pub value: Vec3,
-    /// Density per solid angle with which [`Bsdf::sample`] draws `wi`. For a smooth material: the
+    /// Density per solid angle with which [`Bsdf::sample`] draws `wi`. For a single direction: the
     /// probability of its lobe, and `value` is the coefficient of the Dirac delta.
     pub pdf: f32,
 }
@@ -80,6 +100,8 @@ pub struct Sampled {
     pub pdf: f32,
     /// The side it goes to.
     pub lobe: Lobe,
+    /// Whether it is a single direction (a Dirac delta).
+    pub delta: bool,
 }
 
 impl Bsdf {
@@ -89,20 +111,21 @@ impl Bsdf {
         matches!(self, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
     }
 
-    /// Value and density for `wo` → `wi`. `None` where sampling cannot produce `wi` at all (wrong side,
-    /// no such lobe, delta): a path through such a pair is outside the sampled path space.
+    /// Value and density for `wo` → `wi`, single directions left out. `None` where sampling cannot produce
+    /// `wi` at all (wrong side, no such lobe): a path through such a pair is outside the sampled path space.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
         match *self {
             Bsdf::Lambert { albedo } => lambert::eval(albedo, wo.z, wi.z),
             Bsdf::Conductor { f0, alpha } => conductor::eval(f0, alpha, wo, wi),
             Bsdf::RoughGlass { ior, alpha, tint } => dielectric::eval(ior, alpha, tint, wo, wi),
+            Bsdf::Plastic { albedo, coat } => plastic::eval(albedo, &coat, wo, wi),
             Bsdf::Mirror { .. } | Bsdf::Glass { .. } => None,
         }
     }
 
-    /// The delta lobe of a smooth material seen from `wo`: coefficient and probability. `None` for a
-    /// lobe that the material does not have.
+    /// The single direction of a smooth material, or of plastic's smooth coat, seen from `wo`: coefficient
+    /// and probability. `None` for a lobe that the material does not have.
     #[inline]
     pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
         match *self {
@@ -116,6 +139,9 @@ impl Bsdf {
             Bsdf::Glass { ior, tint } => {
                 let e = dielectric::eval_smooth(ior, tint, wo, lobe);
                 (e.pdf > 0.0).then_some(e)
+            }
+            Bsdf::Plastic { albedo, coat } if lobe == Lobe::Reflection => {
+                plastic::eval_smooth(albedo, &coat, wo)
             }
             _ => None,
         }
@@ -133,6 +159,7 @@ impl Bsdf {
             Bsdf::RoughGlass { ior, alpha, tint } => {
                 dielectric::sample(ior, alpha, tint, wo, direction, u[2])?
             }
+            Bsdf::Plastic { albedo, coat } => plastic::sample(albedo, &coat, wo, direction, u[2])?,
         };
         (sampled.pdf > 0.0 && wo.z != 0.0 && sampled.wi.z != 0.0).then_some(sampled)
     }
@@ -152,22 +179,76 @@ impl Bsdf {
         lobe == Lobe::Reflection || matches!(self, Bsdf::Glass { .. } | Bsdf::RoughGlass { .. })
     }
 
-    /// Share of the light that is scattered on, by colour channel; exact for Lambert, an upper bound
-    /// (1, or the reflectance at normal incidence) otherwise. For the albedo buffer and for roulette.
-    pub fn albedo(&self) -> Vec3 {
+    /// The colour that textures may replace: of Lambert parts and metals the reflectance, of glass the
+    /// tint.
+    #[inline]
+    pub fn colour(&self) -> Vec3 {
         match *self {
-            Bsdf::Lambert { albedo } => albedo,
+            Bsdf::Lambert { albedo } | Bsdf::Plastic { albedo, .. } => albedo,
             Bsdf::Mirror { f0 } | Bsdf::Conductor { f0, .. } => f0,
             Bsdf::Glass { tint, .. } | Bsdf::RoughGlass { tint, .. } => tint,
         }
     }
 
-    /// Roughness that decides the class rough or specular: 1 for Lambert, 0 for deltas, else the GGX
+    /// What textures would have to say to leave it as it is.
+    pub fn texel(&self) -> Texel {
+        let alpha = match *self {
+            Bsdf::Conductor { alpha, .. } | Bsdf::RoughGlass { alpha, .. } => alpha,
+            Bsdf::Plastic { coat, .. } => coat.alpha,
+            _ => 0.0,
+        };
+        Texel {
+            colour: self.colour(),
+            alpha,
+            specular: 1.0,
+        }
+    }
+
+    /// The same with the values of a texel.
+    #[inline]
+    pub fn with(&self, texel: &Texel) -> Self {
+        let Texel {
+            colour,
+            alpha,
+            specular,
+        } = *texel;
+        match *self {
+            Bsdf::Lambert { .. } => Bsdf::Lambert { albedo: colour },
+            Bsdf::Mirror { .. } => Bsdf::Mirror { f0: colour },
+            Bsdf::Conductor { .. } => Bsdf::Conductor { f0: colour, alpha },
+            Bsdf::Glass { ior, .. } => Bsdf::Glass { ior, tint: colour },
+            Bsdf::RoughGlass { ior, .. } => Bsdf::RoughGlass {
+                ior,
+                alpha,
+                tint: colour,
+            },
+            Bsdf::Plastic { mut coat, .. } => {
+                coat.alpha = alpha;
+                coat.tint *= specular;
+                Bsdf::Plastic {
+                    albedo: colour,
+                    coat,
+                }
+            }
+        }
+    }
+
+    /// Share of the light that is scattered on, by colour channel; exact for Lambert, about so for plastic,
+    /// an upper bound (1, or the reflectance at normal incidence) otherwise. For the albedo buffer and for
+    /// roulette.
+    pub fn albedo(&self) -> Vec3 {
+        match *self {
+            Bsdf::Plastic { albedo, coat } => coat.total(albedo),
+            _ => self.colour(),
+        }
+    }
+
+    /// Roughness that decides the class rough or specular: 1 for what has a Lambert part, 0 for deltas, else the GGX
     /// alpha; for rough glass scaled by how strongly it bends, since at an index near 1 what passes
     /// keeps its direction however rough the surface is.
     pub fn roughness(&self) -> f32 {
         match *self {
-            Bsdf::Lambert { .. } => 1.0,
+            Bsdf::Lambert { .. } | Bsdf::Plastic { .. } => 1.0,
             Bsdf::Mirror { .. } | Bsdf::Glass { .. } => 0.0,
             Bsdf::Conductor { alpha, .. } => alpha,
             Bsdf::RoughGlass { ior, alpha, .. } => alpha * ((ior - 1.0).abs() * 4.0).min(1.0),

@@ -1,9 +1,12 @@
-//! Files to data: OBJ, MTL and the TOML beside them, and EXR, as written. Nothing is interpreted here; what a
+//! Files to data: OBJ, MTL and the TOML beside them, EXR and other pictures, as written. Nothing is interpreted here; what a
 //! material means is for `scene` to say.
 
+pub mod bitmap;
 pub mod exr;
+pub mod map;
 pub mod mtl;
 pub mod obj;
+mod regroup;
 mod scan;
 pub mod sidecar;
 

@@ -1,5 +1,6 @@
 //! MTL files: materials as written.
 
+use super::map::MapStatement;
 use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
 use std::path::Path;
@@ -29,18 +30,29 @@ pub struct MtlMaterial {
     pub pr: Option<f32>,
     /// Metallic `Pm`.
     pub pm: Option<f32>,
-    /// Names of the texture parameters that were given (`map_Kd`, …).
-    pub maps: Vec<String>,
+    /// Textures, in the order of the file.
+    pub maps: Vec<MapStatement>,
+}
+
+impl MtlMaterial {
+    /// The last texture with this key in lower case.
+    pub fn map(&self, key: &str) -> Option<&MapStatement> {
+        self.maps.iter().rev().find(|m| m.key == key)
+    }
 }
 
 /// Reads the materials of an MTL file.
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<Vec<MtlMaterial>> {
     check_readable(path)?;
     let bytes = std::fs::read(path).map_err(Error::io(path, "cannot be read"))?;
-    let text = canonical(path, &String::from_utf8_lossy(&bytes), warnings)?;
+    let mut maps = Vec::new();
+    let text = canonical(path, &String::from_utf8_lossy(&bytes), &mut maps, warnings)?;
     let parsed = guarded(|| tobj::load_mtl_buf(&mut text.as_bytes()));
     match parsed {
-        Ok(Ok((materials, _))) => Ok(materials.into_iter().map(MtlMaterial::from).collect()),
+        Ok(Ok((materials, _))) => Ok(materials
+            .into_iter()
+            .map(|m| MtlMaterial::new(m, &maps))
+            .collect()),
         Ok(Err(e)) => Err(Error::input(
             path,
             None,
@@ -56,10 +68,22 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<Vec<MtlMaterial>> {
 
 const COLOURS: [&str; 5] = ["Ka", "Kd", "Ks", "Ke", "Tf"];
 const NUMBERS: [&str; 7] = ["Ns", "Ni", "d", "Tr", "illum", "Pr", "Pm"];
+/// Textures that are read, in lower case.
+const MAPS: [&str; 8] = [
+    "map_kd", "map_ks", "map_ke", "map_pr", "map_d", "norm", "map_bump", "bump",
+];
+/// In what tobj reads, before the numbers of textures: their lines are not for it.
+const MAP: &str = "gdpt_map_";
 
 /// Checks every number, with its line in the message, and writes colours with three components: tobj
-/// panics on fewer.
-fn canonical(path: &Path, text: &str, warnings: &mut Warnings) -> Result<String> {
+/// panics on fewer. Textures go to `maps`, and their numbers stand for them.
+fn canonical(
+    path: &Path,
+    text: &str,
+    maps: &mut Vec<MapStatement>,
+    warnings: &mut Warnings,
+) -> Result<String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let mut out = String::with_capacity(text.len());
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let fail = |what: &str| Err(Error::input(path, Some(index + 1), what));
@@ -97,11 +121,30 @@ fn canonical(path: &Path, text: &str, warnings: &mut Warnings) -> Result<String>
                 }
                 out.push_str(&format!("{key} {number}\n"));
             }
-            Some(key) if key.starts_with("map_") || key == "bump" || key == "norm" => {
-                if words.next().is_none() {
-                    return fail(&format!("{key} needs a file name"));
+            Some(key) if is_map(key) => {
+                let at = format!("{}:{}", path.display(), index + 1);
+                let lower = key.to_ascii_lowercase();
+                if !MAPS.contains(&lower.as_str()) {
+                    // Ambient light is not of this kind of renderer, with texture or without.
+                    if lower != "map_ka" {
+                        warnings.push(format!("{at}: {key} is not supported and ignored"))?;
+                    }
+                    continue;
                 }
-                out.push_str(&format!("gdpt_map {key}\n"));
+                let parsed = MapStatement::parse(key, &line[key.len()..], at.clone(), folder);
+                let Some((mut map, ignored)) = parsed else {
+                    return fail(&format!("{key} needs a file name"));
+                };
+                if map.key == "bump" {
+                    map.key = "map_bump".to_owned();
+                }
+                for option in ignored {
+                    warnings.push(format!(
+                        "{at}: the option {option} of {key} is not supported and ignored"
+                    ))?;
+                }
+                out.push_str(&format!("{MAP}{} x\n", maps.len()));
+                maps.push(map);
             }
             _ => {
                 out.push_str(line);
@@ -112,18 +155,30 @@ fn canonical(path: &Path, text: &str, warnings: &mut Warnings) -> Result<String>
     Ok(out)
 }
 
+/// Whether a statement names a texture.
+fn is_map(key: &str) -> bool {
+    let key = key.to_ascii_lowercase();
+    key.starts_with("map_") || matches!(key.as_str(), "bump" | "norm" | "disp" | "decal" | "refl")
+}
+
 fn finite(word: &str) -> Option<f32> {
     word.parse::<f32>().ok().filter(|x| x.is_finite())
 }
 
-impl From<tobj::Material> for MtlMaterial {
-    fn from(m: tobj::Material) -> Self {
+impl MtlMaterial {
+    fn new(m: tobj::Material, maps: &[MapStatement]) -> Self {
         let other = |key: &str| m.unknown_param.get(key);
         let number = |key: &str| other(key).and_then(|v| finite(v));
         let colour = |key: &str| {
             let values: Vec<f32> = other(key)?.split_whitespace().filter_map(finite).collect();
             values.try_into().ok()
         };
+        let numbers = m
+            .unknown_param
+            .keys()
+            .filter_map(|key| key.strip_prefix(MAP));
+        let mut own: Vec<usize> = numbers.filter_map(|n| n.parse().ok()).collect();
+        own.sort_unstable();
         Self {
             kd: m.diffuse,
             ks: m.specular,
@@ -135,7 +190,7 @@ impl From<tobj::Material> for MtlMaterial {
             illum: m.illumination_model,
             pr: number("Pr"),
             pm: number("Pm"),
-            maps: other("gdpt_map").cloned().into_iter().collect(),
+            maps: own.into_iter().map(|n| maps[n].clone()).collect(),
             name: m.name,
         }
     }
@@ -159,6 +214,10 @@ mod tests {
         )
         .unwrap();
         assert_eq!(m.len(), 2);
+        let mut m = m;
+        let map = m[0].maps.pop().unwrap();
+        assert_eq!((map.key.as_str(), map.file.as_str()), ("map_kd", "x.png"));
+        assert!(m[1].maps.is_empty());
         assert_eq!(
             m[0],
             MtlMaterial {
@@ -173,7 +232,7 @@ mod tests {
                 illum: Some(7),
                 pr: Some(0.3),
                 pm: Some(1.0),
-                maps: vec!["map_Kd".into()],
+                maps: Vec::new(),
             }
         );
     }

@@ -1,18 +1,20 @@
 //! OBJ files: triangles and materials as written.
 
+use super::bitmap::{self, Bitmap};
 use super::mtl::{self, MtlMaterial};
-use super::scan::{self, Defect, Outline};
+use super::regroup::{Group, Regroup};
+use super::scan::{self, Defect};
 use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
-use glam::Vec3;
-use std::borrow::Cow;
-use std::cell::Cell;
+use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// In [`ObjFile::normal_triangles`]: this corner has no normal.
-pub const NO_NORMAL: u32 = u32::MAX;
+/// In [`ObjFile::normal_triangles`] and [`ObjFile::texcoord_triangles`]: this corner has none.
+pub const NONE: u32 = u32::MAX;
 
 /// The triangles and materials of an OBJ file. Every triangle has area, every position is finite.
 #[derive(Debug, Default)]
@@ -23,54 +25,32 @@ pub struct ObjFile {
     pub triangles: Vec<[u32; 3]>,
     /// Vertex normals, as given: any length, perhaps zero or not finite.
     pub normals: Vec<Vec3>,
-    /// Normals of each triangle's corners, into `normals`, or [`NO_NORMAL`]; empty where no triangle
-    /// has any.
+    /// Normals of each triangle's corners, into `normals`, or [`NONE`]; empty where no triangle has any.
     pub normal_triangles: Vec<[u32; 3]>,
+    /// Texture coordinates, (0, 0) at the lower left corner of a texture.
+    pub texcoords: Vec<Vec2>,
+    /// Texture coordinates of each triangle's corners, into `texcoords`, or [`NONE`]; empty where no
+    /// material has a texture.
+    pub texcoord_triangles: Vec<[u32; 3]>,
     /// Material of each triangle, into `materials`.
     pub material_of: Vec<u32>,
     /// Materials used or not; a missing one is there with its name alone.
     pub materials: Vec<MtlMaterial>,
 }
 
-/// Names of the objects into which [`Regroup`] splits faces.
-const FLAT: &str = "flat";
-const SMOOTH: &str = "smooth";
-
-/// Reads an OBJ file and the material files that it names.
+/// Reads an OBJ file, the material files that it names, and the textures that those name.
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     check_readable(path)?;
     let open = || File::open(path).map_err(Error::io(path, "cannot be read"));
-    let outline = scan::outline(path, BufReader::with_capacity(1 << 20, open()?))?;
-
-    // Materials first, so that it does not matter where in the file a library is named.
-    let materials = load_materials(path, &outline, warnings)?;
-    let index = materials
-        .iter()
-        .enumerate()
-        .map(|(i, m)| (m.name.clone(), i))
-        .collect();
-    let all: Vec<tobj::Material> = materials
-        .iter()
-        .map(|m| tobj::Material {
-            name: m.name.clone(),
-            ..Default::default()
-        })
-        .collect();
-
-    // tobj asks for materials at each mtllib: it gets them all at the first, which we put in front.
-    let first = Cell::new(Some((all, index)));
-    let libraries = |_: &Path| Ok(first.take().unwrap_or_default());
-    let mixed = outline.smooth_faces && outline.flat_faces;
-    let lines = BufReader::with_capacity(1 << 20, open()?);
-    let lines = BufReader::with_capacity(1 << 16, Regroup::new(lines, mixed));
-    let mut reader = "mtllib all\n".as_bytes().chain(lines);
+    let mut reader = Regroup::new(BufReader::with_capacity(1 << 20, open()?));
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
         ignore_lines: true,
         single_index: false,
     };
-    let parsed = guarded(|| tobj::load_obj_buf(&mut reader, &options, libraries));
+    let no_library = |_: &Path| Ok(Default::default());
+    let parsed = guarded(|| tobj::load_obj_buf(&mut reader, &options, no_library));
     let models = match parsed {
         Ok(Ok((models, _))) => models,
         failed => {
@@ -82,6 +62,9 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         }
     };
 
+    let (materials, material_of_name) = load_materials(path, &reader, warnings)?;
+    let textured = materials.iter().any(|m| !m.maps.is_empty());
+
     // One mesh of all models.
     let mut obj = ObjFile {
         materials,
@@ -89,12 +72,14 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     };
     let mut unnamed = None;
     let mut no_area = 0usize;
+    let mut smooth_faces = false;
     for model in models {
         let mesh = model.mesh;
-        let smooth = outline.smooth_faces
-            && !mesh.normal_indices.is_empty()
-            && !(mixed && model.name == FLAT);
-        let (first_position, first_normal) = (obj.positions.len() as u64, obj.normals.len() as u64);
+        let group = Group::from_name(&model.name);
+        let smooth = group.normals && !mesh.normal_indices.is_empty();
+        let mapped = group.texcoords && textured && !mesh.texcoord_indices.is_empty();
+        let first_position = obj.positions.len() as u64;
+        let (first_normal, first_texcoord) = (obj.normals.len() as u64, obj.texcoords.len() as u64);
         if first_position + mesh.positions.len() as u64 / 3 >= u64::from(u32::MAX) {
             return Err(Error::input(path, None, "has more than 2^32 vertices"));
         }
@@ -103,16 +88,28 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         if smooth {
             obj.normals
                 .extend(mesh.normals.chunks_exact(3).map(Vec3::from_slice));
+            // Faces before were flat.
+            if !smooth_faces {
+                obj.normal_triangles = vec![[NONE; 3]; obj.triangles.len()];
+                smooth_faces = true;
+            }
         }
-        let material = match mesh.material_id {
-            Some(id) => id,
+        if mapped {
+            obj.texcoords
+                .extend(mesh.texcoords.chunks_exact(2).map(Vec2::from_slice));
+        }
+        let material = match group.material {
+            Some(name) => material_of_name[name as usize],
             None => *unnamed.get_or_insert_with(|| {
                 obj.materials.push(MtlMaterial::default());
                 obj.materials.len() - 1
             }),
         } as u32;
-        for (face, corners) in mesh.indices.chunks_exact(3).enumerate() {
-            let triangle = [0, 1, 2].map(|c| (first_position + u64::from(corners[c])) as u32);
+        let corners_of = |indices: &[u32], face: usize, first: u64| {
+            [0, 1, 2].map(|c| (first + u64::from(indices[3 * face + c])) as u32)
+        };
+        for face in 0..mesh.indices.len() / 3 {
+            let triangle = corners_of(&mesh.indices, face, first_position);
             if !area_vector(&obj.positions, triangle).length().is_normal() {
                 let finite = triangle
                     .iter()
@@ -128,17 +125,23 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
             }
             obj.triangles.push(triangle);
             obj.material_of.push(material);
-            if outline.smooth_faces {
+            if smooth_faces {
                 obj.normal_triangles.push(if smooth {
-                    let n = &mesh.normal_indices[3 * face..3 * face + 3];
-                    [0, 1, 2].map(|c| (first_normal + u64::from(n[c])) as u32)
+                    corners_of(&mesh.normal_indices, face, first_normal)
                 } else {
-                    [NO_NORMAL; 3]
+                    [NONE; 3]
+                });
+            }
+            if textured {
+                obj.texcoord_triangles.push(if mapped {
+                    corners_of(&mesh.texcoord_indices, face, first_texcoord)
+                } else {
+                    [NONE; 3]
                 });
             }
         }
     }
-    if outline.smooth_faces && obj.normals.is_empty() {
+    if reader.normals && obj.normals.is_empty() {
         return Err(broken(
             path,
             "faces name normals, of which there are none".into(),
@@ -193,16 +196,18 @@ fn area_vector(positions: &[Vec3], t: [u32; 3]) -> glam::DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The materials of all libraries, and an empty one for each name that no library has.
-fn load_materials(
+/// The materials of all libraries, with an empty one for each name that no library has, and which of them
+/// each name of [`Regroup::materials`] means.
+fn load_materials<R>(
     path: &Path,
-    outline: &Outline,
+    file: &Regroup<R>,
     warnings: &mut Warnings,
-) -> Result<Vec<MtlMaterial>> {
+) -> Result<(Vec<MtlMaterial>, Vec<usize>)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
     let mut read: Vec<&str> = Vec::new();
-    for (name, line) in &outline.libraries {
+    for (name, line) in &file.libraries {
         if read.contains(&name.as_str()) {
             continue;
         }
@@ -216,96 +221,64 @@ fn load_materials(
         }
         // The first definition of a name holds.
         for material in mtl::load(&library, warnings)? {
-            if !materials.iter().any(|m| m.name == material.name) {
+            if !by_name.contains_key(&material.name) {
+                by_name.insert(material.name.clone(), materials.len());
                 materials.push(material);
             }
         }
     }
-    for (name, line) in &outline.materials {
-        if !materials.iter().any(|m| m.name == *name) {
-            warnings.push(format!(
-                "{}:{line}: material '{name}' is not defined; grey is used instead",
-                path.display()
-            ))?;
-            materials.push(MtlMaterial {
-                name: name.clone(),
-                ..Default::default()
-            });
-        }
-    }
-    Ok(materials)
-}
-
-/// Most faces of one group.
-const GROUP: usize = 1 << 16;
-
-/// What tobj shall read instead of the file:
-/// - Groups of at most [`GROUP`] faces. tobj keeps the faces of a group in a bulky form until it ends;
-///   one of ten million would take gigabytes.
-/// - Faces with and without normals in groups of their own, if `mixed`: tobj makes up normals for faces
-///   without any, where others of the same group have some.
-/// - UTF-8. tobj refuses names in an old code page, so they are replaced, here as in the outline.
-struct Regroup<R> {
-    inner: R,
-    mixed: bool,
-    smooth: bool,
-    faces: usize,
-    line: Vec<u8>,
-    at: usize,
-}
-
-impl<R: BufRead> Regroup<R> {
-    fn new(inner: R, mixed: bool) -> Self {
-        Self {
-            inner,
-            mixed,
-            smooth: false,
-            faces: GROUP,
-            line: Vec::new(),
-            at: 0,
-        }
-    }
-
-    /// Puts the next line, with a new group before it where one is due, into `line`.
-    fn next_line(&mut self) -> std::io::Result<()> {
-        self.line.clear();
-        self.at = 0;
-        self.inner.read_until(b'\n', &mut self.line)?;
-        let plain =
-            |byte: &u8| byte.is_ascii() && !matches!(byte, b'f' | b'g' | b'o' | b' ' | b'\t');
-        if self.line.first().is_none_or(plain) && std::str::from_utf8(&self.line).is_ok() {
-            return Ok(());
-        }
-        let text = String::from_utf8_lossy(&self.line);
-        match text.split_whitespace().next() {
-            Some("f") => {
-                let smooth = self.mixed && scan::has_normals(text.trim());
-                if self.faces == GROUP || smooth != self.smooth {
-                    self.smooth = smooth;
-                    self.faces = 0;
-                    let name = if self.mixed && !smooth { FLAT } else { SMOOTH };
-                    self.line = format!("g {name}\n{text}").into_bytes();
-                } else if let Cow::Owned(text) = text {
-                    self.line = text.into_bytes();
-                }
-                self.faces += 1;
+    let mut used = Vec::new();
+    let mut textures = Textures::default();
+    for (name, line) in &file.materials {
+        let index = match by_name.get(name) {
+            Some(&index) => index,
+            None => {
+                warnings.push(format!(
+                    "{}:{line}: material '{name}' is not defined; grey is used instead",
+                    path.display()
+                ))?;
+                materials.push(MtlMaterial {
+                    name: name.clone(),
+                    ..Default::default()
+                });
+                materials.len() - 1
             }
-            // The file's own groups say nothing of materials.
-            Some("g" | "o") => self.line = vec![b'\n'],
-            _ => self.line = text.into_owned().into_bytes(),
+        };
+        textures.load(&mut materials[index], warnings)?;
+        used.push(index);
+    }
+    Ok((materials, used))
+}
+
+/// Textures read so far by the paths of their files; `None` for one that cannot be used.
+#[derive(Default)]
+struct Textures(BTreeMap<PathBuf, Option<Arc<Bitmap>>>);
+
+impl Textures {
+    /// Reads the textures of a material.
+    fn load(&mut self, material: &mut MtlMaterial, warnings: &mut Warnings) -> Result<()> {
+        for map in &mut material.maps {
+            let (path, found) = match map.find() {
+                Ok(path) => (path.canonicalize().unwrap_or(path), true),
+                Err(expected) => (expected, false),
+            };
+            map.bitmap = match self.0.get(&path) {
+                Some(bitmap) => bitmap.clone(),
+                None => {
+                    let bitmap = if found {
+                        bitmap::load(&path).map_err(|e| e.to_string())
+                    } else {
+                        Err(format!("no texture {}", path.display()))
+                    };
+                    if let Err(reason) = &bitmap {
+                        warnings.push(format!("{}: {reason}; grey is used instead", map.at))?;
+                    }
+                    let bitmap = bitmap.ok().map(Arc::new);
+                    self.0.insert(path, bitmap.clone());
+                    bitmap
+                }
+            };
         }
         Ok(())
-    }
-}
-
-impl<R: BufRead> Read for Regroup<R> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        if self.at == self.line.len() {
-            self.next_line()?;
-        }
-        let n = out.len().min(self.line.len() - self.at);
-        out[..n].copy_from_slice(&self.line[self.at..self.at + n]);
-        self.at += n;
-        Ok(n)
     }
 }

@@ -1,88 +1,9 @@
-//! A first pass over the lines of an OBJ file: which materials and libraries it names, and whether its
-//! faces have normals throughout. The parser itself (tobj) tells neither, nor the line of an error; so
-//! after an error a second, exact pass finds the line to name.
+//! The exact line of a defect in an OBJ file, which the parser (tobj) does not tell: looked for once it is
+//! known that there is one.
 
-use crate::error::{Error, Result};
-use std::collections::HashMap;
 use std::io::BufRead;
-use std::path::Path;
 
-/// What the first pass finds.
-#[derive(Debug, Default)]
-pub struct Outline {
-    /// `mtllib` arguments with their lines, in order.
-    pub libraries: Vec<(String, usize)>,
-    /// `usemtl` arguments with the line of the first use, in order of first use.
-    pub materials: Vec<(String, usize)>,
-    /// Whether there are faces with normals.
-    pub smooth_faces: bool,
-    /// Whether there are faces without normals.
-    pub flat_faces: bool,
-}
-
-/// The rest of the line after its first word, trimmed.
-fn argument<'a>(line: &'a str, word: &str) -> &'a str {
-    line[word.len()..].trim()
-}
-
-/// Whether a face's line gives normal indices.
-pub fn has_normals(line: &str) -> bool {
-    line.split_whitespace().nth(1).is_some_and(|v| {
-        let mut parts = v.split('/');
-        parts.nth(2).is_some_and(|n| !n.is_empty())
-    })
-}
-
-/// Reads the outline of an OBJ file.
-pub fn outline(path: &Path, mut reader: impl BufRead) -> Result<Outline> {
-    let mut out = Outline::default();
-    let mut seen = HashMap::new();
-    let mut buffer = Vec::new();
-    for number in 1.. {
-        buffer.clear();
-        let read = reader
-            .read_until(b'\n', &mut buffer)
-            .map_err(Error::io(path, "cannot be read"))?;
-        if read == 0 {
-            break;
-        }
-        match buffer.first() {
-            Some(b'f') if !(out.smooth_faces && out.flat_faces) => {
-                note_face(&mut out, &String::from_utf8_lossy(&buffer));
-            }
-            Some(b'm' | b'u' | b' ' | b'\t') => {
-                let line = String::from_utf8_lossy(&buffer);
-                let line = line.trim();
-                match line.split_whitespace().next() {
-                    Some(word @ "mtllib") => {
-                        out.libraries
-                            .push((argument(line, word).to_owned(), number));
-                    }
-                    Some(word @ "usemtl") => {
-                        let name = argument(line, word).to_owned();
-                        if seen.insert(name.clone(), ()).is_none() {
-                            out.materials.push((name, number));
-                        }
-                    }
-                    Some("f") => note_face(&mut out, line),
-                    _ => {}
-                }
-            }
-            _ => {}
-        }
-    }
-    Ok(out)
-}
-
-fn note_face(out: &mut Outline, line: &str) {
-    if has_normals(line) {
-        out.smooth_faces = true;
-    } else {
-        out.flat_faces = true;
-    }
-}
-
-/// What the second pass looks for.
+/// What is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// A line that is malformed, a coordinate that is not finite, or a face with an index out of range.

@@ -98,8 +98,8 @@ impl<const N: usize> Wavefront<N> {
             bounces.push(Bounce {
                 pdf: scattering.eval.pdf * survival,
                 ray: batch.push(&path.vertex.ray(scattering.wi)),
+                end: End::Environment(scattering.wi),
                 scattering,
-                end: End::Environment,
                 followers: [Follower::DEAD; N],
             });
             true
@@ -200,18 +200,28 @@ impl<const N: usize> Bounce<N> {
         continuation: &ClosestBatch,
         counts: &mut Counts,
     ) -> (Base, [Shift; N]) {
+        // What light sampling would have had, over the density of BSDF sampling.
+        let x = &path.vertex;
+        let rough = self.scattering.class(scene, x) == Class::Rough;
         let (radiance, by_light) = match &self.end {
             End::Light(light) => {
-                // What light sampling would have had, over the density of BSDF sampling.
-                let rough = path.vertex.class(scene) == Class::Rough;
                 let by_light = rough
-                    .then(|| solid_angle_per_area(path.vertex.position, light.position, light.ng))
+                    .then(|| solid_angle_per_area(x.position, light.position, light.ng))
                     .flatten()
-                    .map_or(0.0, |(_, g)| light.density / (g * self.pdf));
+                    .map_or(0.0, |(_, g)| {
+                        scene.lights.density(light.triangle) / (g * self.pdf)
+                    });
                 (light.radiance, by_light)
             }
-            // A constant environment is not sampled as a light.
-            _ => (scene.environment, 0.0),
+            _ => {
+                let direction = self.scattering.wi;
+                let by_light = match scene.environment.map() {
+                    Some(map) if rough => scene.lights.sky() * map.density(direction) / self.pdf,
+                    // A constant environment is not sampled as a light.
+                    _ => 0.0,
+                };
+                (scene.sky(direction), by_light)
+            }
         };
         let base = Base {
             value: self.throughput(path) * radiance,
@@ -240,8 +250,10 @@ impl<const N: usize> Bounce<N> {
                     let direction = continuation.ray(ray).direction;
                     let end = End::new(scene, continuation.hit(ray), direction);
                     let arrived = match (&self.end, &end) {
-                        (End::Environment, End::Environment) => Ok(radiance),
-                        (End::Environment, _) => Err(Death::Missed),
+                        (End::Environment(_), End::Environment(direction)) => {
+                            Ok(scene.sky(*direction))
+                        }
+                        (End::Environment(_), _) => Err(Death::Missed),
                         (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),
                     };
                     match arrived {
@@ -264,7 +276,7 @@ pub(super) fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
     match end {
         End::Surface(_) => k + 2 <= context.settings.depth,
         End::Light(light) => light.front,
-        End::Environment => context.scene.environment != Vec3::ZERO,
+        End::Environment(_) => !context.scene.environment.is_black(),
     }
 }
 
@@ -285,14 +297,15 @@ impl Step {
         x: &Vertex,
         bounce: &Bounce<N>,
     ) -> Result<Self, Death> {
-        if shift::way(x.class(scene), bounce.end.class(scene)) == Way::Copy {
+        let class = bounce.scattering.class(scene, x);
+        if shift::way(class, bounce.end.class(scene)) == Way::Copy {
             return Ok(Step::Copy);
         }
         let wi = bounce.scattering.wi;
         let (joint, distance) = match &bounce.end {
             End::Surface(v) => (Joint::new(x, wi, v.position, v.ng), v.offset),
             End::Light(l) => (Joint::new(x, wi, l.position, l.ng), l.offset),
-            End::Environment => return Ok(Step::Environment),
+            End::Environment(_) => return Ok(Step::Environment),
         };
         Ok(Step::Join(joint?, distance))
     }
@@ -340,13 +353,19 @@ fn follow<const N: usize>(
             );
         }
         Offset::Joined { wo, carried } => {
-            return match x.eval_seen_from(scene, *wo, wi) {
-                Some(eval) => {
+            // From another side a single direction leads elsewhere.
+            let eval = if bounce.scattering.delta {
+                Err(Death::Lobe)
+            } else {
+                x.eval_seen_from(scene, *wo, wi).ok_or(Death::Side)
+            };
+            return match eval {
+                Ok(eval) => {
                     let next = carried.scatter(&eval, 1.0, bounce.pdf, survival(scene, x, k));
                     shared(next, carried.ratio)
                 }
-                None => {
-                    counts.deaths[Death::Side as usize] += 1;
+                Err(death) => {
+                    counts.deaths[death as usize] += 1;
                     Follower::DEAD
                 }
             };

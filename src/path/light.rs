@@ -9,7 +9,8 @@ use crate::scene::light::LightSample;
 use crate::scene::material::Class;
 use crate::shift::{Offset, solid_angle_per_area};
 use crate::trace::RayKind;
-use crate::trace::rays::AnyBatch;
+use crate::trace::rays::{AnyBatch, Ray};
+use crate::vertex::Vertex;
 use glam::Vec3;
 
 /// A path that is complete but for its shadow rays.
@@ -73,9 +74,10 @@ impl<const N: usize> Wavefront<N> {
         sampler::draw_all(samplers, Dimension::Light(k), &mut self.numbers);
         for (path, &[u0, u1, u2, _]) in self.paths.iter().zip(&self.numbers) {
             if path.vertex.class(scene) == Class::Rough {
-                let light = scene.lights.sample([u0, u1, u2]);
-                self.light_paths
-                    .extend(connect(scene, path, &light, k, &mut self.shadow));
+                let light = scene.sample_light([u0, u1, u2]);
+                let connected =
+                    light.and_then(|light| connect(scene, path, &light, k, &mut self.shadow));
+                self.light_paths.extend(connected);
             }
         }
         Self::trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
@@ -99,18 +101,16 @@ fn connect<const N: usize>(
     rays: &mut AnyBatch,
 ) -> Option<LightPath<N>> {
     let x = &path.vertex;
-    let (wi, g) = seen(x.position, light)?;
+    let seen = seen(x, light)?;
+    let wi = seen.wi;
     let eval = x.eval(scene, wi)?;
-    // Density of the light sample per solid angle is `light.density / g`.
-    let per_density = g / light.density;
-    let arriving = light.radiance * per_density;
+    let arriving = seen.radiance * seen.per_density;
     let x_survival = survival(scene, x, k);
-    let shadow = x.ray_to(light.position, light.ng, light.offset);
     let base = Connection {
         value: path.throughput * eval.value * arriving,
         by_light: 1.0,
-        by_bsdf: eval.pdf * x_survival * per_density,
-        ray: rays.push(&shadow),
+        by_bsdf: eval.pdf * x_survival * seen.per_density,
+        ray: rays.push(&seen.ray(x, light)),
     };
     let offsets = std::array::from_fn(|j| match &path.offsets[j] {
         Offset::Dead => None,
@@ -125,24 +125,23 @@ fn connect<const N: usize>(
             Some(Connection {
                 value: carried.throughput * eval.value * arriving,
                 by_light: carried.ratio,
-                by_bsdf: carried.ratio * eval.pdf * x_survival * per_density,
+                by_bsdf: carried.ratio * eval.pdf * x_survival * seen.per_density,
                 ray: base.ray,
             })
         }
-        // The offset path is reconnected at the light itself; |T'| turns its solid angle into the
-        // base path's, through the area on the light that they share.
+        // The offset path is reconnected at the light itself; |T'| turns its solid angle into the base
+        // path's, through the area on the light, or the direction, that they share.
         Offset::Free { vertex, carried } => {
-            let (wi, g) = seen(vertex.position, light)?;
-            let eval = vertex.eval(scene, wi)?;
-            let per_density = g / light.density;
-            let value = carried.throughput * eval.value * light.radiance * per_density;
-            let by_bsdf = carried.ratio * eval.pdf * survival(scene, vertex, k) * per_density;
+            let seen = self::seen(vertex, light)?;
+            let eval = vertex.eval(scene, seen.wi)?;
+            let value = carried.throughput * eval.value * seen.radiance * seen.per_density;
+            let by_bsdf = carried.ratio * eval.pdf * survival(scene, vertex, k) * seen.per_density;
             // What is not finite is dead.
             (value.is_finite() && by_bsdf.is_finite()).then(|| Connection {
                 value,
                 by_light: carried.ratio,
                 by_bsdf,
-                ray: rays.push(&vertex.ray_to(light.position, light.ng, light.offset)),
+                ray: rays.push(&seen.ray(vertex, light)),
             })
         }
     });
@@ -153,9 +152,42 @@ fn connect<const N: usize>(
     })
 }
 
-/// The unit direction to the point and its solid angle per area; `None` at the light's back.
+/// A light sample as seen from a vertex.
+struct Seen {
+    /// Unit direction to it.
+    wi: Vec3,
+    radiance: Vec3,
+    /// One over the density of the sample per solid angle.
+    per_density: f32,
+}
+
+impl Seen {
+    /// The shadow ray.
+    #[inline]
+    fn ray(&self, from: &Vertex, light: &LightSample) -> Ray {
+        match light {
+            LightSample::Surface(point) => from.ray_to(point.position, point.ng, point.offset),
+            LightSample::Sky(_) => from.ray(self.wi),
+        }
+    }
+}
+
+/// A light sample as seen from a vertex; `None` at the light's back.
 #[inline]
-fn seen(from: Vec3, light: &LightSample) -> Option<(Vec3, f32)> {
-    let (wi, g) = solid_angle_per_area(from, light.position, light.ng)?;
-    (light.ng.dot(wi) < 0.0).then_some((wi, g))
+fn seen(from: &Vertex, light: &LightSample) -> Option<Seen> {
+    match light {
+        LightSample::Surface(point) => {
+            let (wi, g) = solid_angle_per_area(from.position, point.position, point.ng)?;
+            (point.ng.dot(wi) < 0.0).then(|| Seen {
+                wi,
+                radiance: point.radiance,
+                per_density: g / point.density,
+            })
+        }
+        LightSample::Sky(sky) => Some(Seen {
+            wi: sky.direction,
+            radiance: sky.radiance,
+            per_density: 1.0 / sky.density,
+        }),
+    }
 }

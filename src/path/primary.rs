@@ -85,7 +85,9 @@ impl<const N: usize> Wavefront<N> {
                 };
                 let sum = &mut sums.pixels[pixel as usize];
                 match end {
-                    End::Environment => self.samples[pixel as usize].direct = scene.environment,
+                    End::Environment(direction) => {
+                        self.samples[pixel as usize].direct = scene.sky(*direction);
+                    }
                     End::Light(light) => {
                         self.samples[pixel as usize].direct = light.radiance;
                         let albedo = light.radiance.min(Vec3::ONE);
@@ -128,8 +130,8 @@ impl<const N: usize> Wavefront<N> {
 /// The shading normal on the side of the camera.
 fn facing_normal(vertex: &Vertex) -> Vec3 {
     if vertex.ng.dot(vertex.wo) < 0.0 {
-        -vertex.normal
+        -vertex.normal()
     } else {
-        vertex.normal
+        vertex.normal()
     }
 }

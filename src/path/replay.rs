@@ -90,7 +90,7 @@ fn surface(scene: &Scene, v: &Vertex) -> String {
     format!(
         "at {}, normal {}, material '{}' ({class})",
         vector(v.position),
-        vector(v.normal),
+        vector(v.normal()),
         scene.materials[v.material as usize].name
     )
 }
@@ -106,7 +106,10 @@ fn end(scene: &Scene, end: &End) -> String {
             )
         }
         End::Light(l) => format!("the back of a light at {}", vector(l.position)),
-        End::Environment => format!("the environment, radiance {}", vector(scene.environment)),
+        End::Environment(direction) => {
+            let radiance = vector(scene.sky(*direction));
+            format!("the environment, radiance {radiance}")
+        }
     }
 }
 

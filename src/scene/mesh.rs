@@ -1,8 +1,9 @@
 //! Triangles, their materials and their normals.
 
+use super::texture::Texture;
 use crate::frame::offset_distance;
-use crate::load::obj::{NO_NORMAL, ObjFile};
-use glam::Vec3;
+use crate::load::obj::{NONE, ObjFile};
+use glam::{Vec2, Vec3};
 use xxhash_rust::xxh3::Xxh3;
 
 /// All triangles of a scene.
@@ -14,12 +15,28 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Unit vertex normals.
     normals: Vec<Vec3>,
-    /// Normals of each triangle's corners, or [`NO_NORMAL`] for a flat triangle; empty where all are.
+    /// Normals of each triangle's corners, or [`NONE`] for a flat triangle; empty where all are.
     normal_triangles: Vec<[u32; 3]>,
+    /// Texture coordinates.
+    texcoords: Vec<Vec2>,
+    /// Texture coordinates of each triangle's corners, or [`NONE`]; empty where nothing is textured.
+    texcoord_triangles: Vec<[u32; 3]>,
     /// Material of each triangle.
     pub material_of: Vec<u32>,
+    /// The triangles with holes, if there are any.
+    pub cutouts: Option<Cutouts>,
     /// Smallest and largest coordinates of the triangles.
     pub bounds: (Vec3, Vec3),
+}
+
+/// Triangles of which a texture cuts parts out. They are the last ones of the mesh, so that all others are
+/// traced without asking.
+#[derive(Debug)]
+pub struct Cutouts {
+    /// The first of them.
+    pub first: u32,
+    /// Opacity by material; open below a half.
+    opacity: Vec<Option<Texture>>,
 }
 
 /// A point on a triangle.
@@ -35,18 +52,27 @@ pub struct SurfacePoint {
     pub offset: f32,
 }
 
+/// Least cosine between a shading normal and the geometric one.
+pub const SHALLOWEST: f32 = 1e-3;
+
 impl Mesh {
     /// Takes over what was read. A triangle with a normal that is zero or not finite, or that points
-    /// to the other side, is flat.
-    pub fn new(obj: ObjFile) -> Self {
+    /// to the other side, is flat. `opacity` are the materials' textures of opacity.
+    pub fn new(mut obj: ObjFile, opacity: Vec<Option<Texture>>) -> Self {
+        let cutouts = cutouts_last(&mut obj, opacity);
         let ObjFile {
             mut positions,
             triangles,
             normals,
             mut normal_triangles,
+            mut texcoords,
+            texcoord_triangles,
             material_of,
             ..
         } = obj;
+        for uv in texcoords.iter_mut().filter(|uv| !uv.is_finite()) {
+            *uv = Vec2::ZERO;
+        }
         let normals: Vec<Vec3> = normals
             .into_iter()
             .map(|n| {
@@ -58,9 +84,9 @@ impl Mesh {
         for corners in &mut normal_triangles {
             if corners
                 .iter()
-                .any(|&c| c == NO_NORMAL || normals[c as usize] == Vec3::ZERO)
+                .any(|&c| c == NONE || normals[c as usize] == Vec3::ZERO)
             {
-                *corners = [NO_NORMAL; 3];
+                *corners = [NONE; 3];
             }
         }
         let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
@@ -74,7 +100,10 @@ impl Mesh {
             triangles,
             normals,
             normal_triangles,
+            texcoords,
+            texcoord_triangles,
             material_of,
+            cutouts,
             bounds,
         }
     }
@@ -95,11 +124,11 @@ impl Mesh {
         let ng = unit_normal(e1, e2);
         let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
         let ns = match self.normal_triangles.get(triangle as usize) {
-            None | Some(&[NO_NORMAL, ..]) => ng,
+            None | Some(&[NONE, ..]) => ng,
             Some(corners) => {
                 let [na, nb, nc] = corners.map(|i| self.normals[i as usize]);
                 let ns = (na * w + nb * u + nc * v).normalize_or(ng);
-                if ns.dot(ng) > 1e-3 { ns } else { ng }
+                if ns.dot(ng) > SHALLOWEST { ns } else { ng }
             }
         };
         SurfacePoint {
@@ -108,6 +137,61 @@ impl Mesh {
             ns,
             offset: offset_distance(extent),
         }
+    }
+
+    /// Texture coordinates of a triangle's corners; `None` where it has none.
+    #[inline]
+    pub fn corner_texcoords(&self, triangle: u32) -> Option<[Vec2; 3]> {
+        match self.texcoord_triangles.get(triangle as usize) {
+            None | Some(&[NONE, ..]) => None,
+            Some(corners) => Some(corners.map(|i| self.texcoords[i as usize])),
+        }
+    }
+
+    /// Texture coordinates at a point of a triangle; 0 where it has none.
+    #[inline]
+    pub fn texcoord(&self, triangle: u32, u: f32, v: f32) -> Vec2 {
+        self.corner_texcoords(triangle)
+            .map_or(Vec2::ZERO, |[a, b, c]| a * (1.0 - u - v) + b * u + c * v)
+    }
+
+    /// How the position changes with each texture coordinate. `None` where these do not span the triangle.
+    pub fn tangents(&self, triangle: u32) -> Option<(Vec3, Vec3)> {
+        let [a, b, c] = self.corner_texcoords(triangle)?;
+        let [pa, pb, pc] = self.corners(triangle);
+        let ((u1, u2), (e1, e2)) = ((b - a, c - a), (pb - pa, pc - pa));
+        let determinant = u1.perp_dot(u2);
+        let along = (e1 * u2.y - e2 * u1.y) / determinant;
+        let up = (e2 * u1.x - e1 * u2.x) / determinant;
+        (along.is_finite() && up.is_finite()).then_some((along, up))
+    }
+
+    /// Whether a texture cuts out this point of a triangle.
+    #[inline]
+    pub fn is_open(&self, triangle: u32, u: f32, v: f32) -> bool {
+        match &self.cutouts {
+            Some(cutouts) if triangle >= cutouts.first => {
+                let material = self.material_of[triangle as usize];
+                cutouts.opacity[material as usize]
+                    .as_ref()
+                    .is_some_and(|opacity| opacity.value(self.texcoord(triangle, u, v)) < 0.5)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a texture cuts something out of the triangle.
+    pub fn has_holes(&self, triangle: u32) -> bool {
+        self.cutouts.as_ref().is_some_and(|c| triangle >= c.first)
+    }
+
+    /// How many faces of the material lack texture coordinates.
+    pub fn without_texcoords(&self, material: u32) -> usize {
+        let of_material = |t: &u32| self.material_of[*t as usize] == material;
+        let all = 0..self.triangles.len() as u32;
+        all.filter(of_material)
+            .filter(|&t| self.corner_texcoords(t).is_none())
+            .count()
     }
 
     /// The area of a triangle.
@@ -121,7 +205,14 @@ impl Mesh {
         for x in vectors.into_iter().flatten().flat_map(Vec3::to_array) {
             hasher.update(&x.to_le_bytes());
         }
-        let corners = [&self.triangles, &self.normal_triangles];
+        for x in self.texcoords.iter().flat_map(Vec2::to_array) {
+            hasher.update(&x.to_le_bytes());
+        }
+        let corners = [
+            &self.triangles,
+            &self.normal_triangles,
+            &self.texcoord_triangles,
+        ];
         let corners_of = corners.into_iter().flatten().flatten();
         for i in corners_of.chain(&self.material_of) {
             hasher.update(&i.to_le_bytes());
@@ -132,7 +223,35 @@ impl Mesh {
             .into_iter()
             .chain(corners.map(Vec::len));
         lengths.for_each(|n| hasher.update(&(n as u64).to_le_bytes()));
+        if let Some(cutouts) = &self.cutouts {
+            hasher.update(format!("{cutouts:?}").as_bytes());
+        }
     }
+}
+
+/// Moves the triangles with holes to the end, in their order.
+fn cutouts_last(obj: &mut ObjFile, opacity: Vec<Option<Texture>>) -> Option<Cutouts> {
+    let has_holes = |&t: &usize| opacity[obj.material_of[t] as usize].is_some();
+    let (holes, rest): (Vec<usize>, Vec<usize>) = if opacity.iter().any(Option::is_some) {
+        (0..obj.triangles.len()).partition(has_holes)
+    } else {
+        return None;
+    };
+    if holes.is_empty() {
+        return None;
+    }
+    let first = rest.len() as u32;
+    let order: Vec<usize> = rest.into_iter().chain(holes).collect();
+    let reorder = |list: &mut Vec<[u32; 3]>| {
+        if !list.is_empty() {
+            *list = order.iter().map(|&t| list[t]).collect();
+        }
+    };
+    reorder(&mut obj.triangles);
+    reorder(&mut obj.normal_triangles);
+    reorder(&mut obj.texcoord_triangles);
+    obj.material_of = order.iter().map(|&t| obj.material_of[t]).collect();
+    Some(Cutouts { first, opacity })
 }
 
 /// The unit normal of a triangle with these edges; scaled first, since the cross product of two short

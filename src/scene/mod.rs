@@ -1,15 +1,21 @@
 //! The scene: immutable, free of I/O and of tracing. Built from what `load` read.
 
+mod alias;
 pub mod camera;
+pub mod environment;
 pub mod light;
 pub mod material;
 pub mod mesh;
+pub mod texture;
+pub mod textured;
 
 use crate::error::{Error, Result, Warnings};
+use crate::load::bitmap::Bitmap;
 use crate::load::obj::ObjFile;
 use crate::load::sidecar::CameraTable;
 use crate::load::{MAX_PIXELS, MAX_SIDE};
 use camera::Camera;
+use environment::{Environment, EnvironmentMap};
 use glam::Vec3;
 use light::Lights;
 use material::Material;
@@ -25,10 +31,10 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// What triangles refer to by [`Mesh::material_of`].
     pub materials: Vec<Material>,
-    /// The emitting triangles.
+    /// What is sampled as a light.
     pub lights: Lights,
     /// Radiance that arrives from every direction in which there is nothing.
-    pub environment: Vec3,
+    pub environment: Environment,
     /// The pinhole camera.
     pub camera: Camera,
 }
@@ -40,10 +46,32 @@ pub struct SceneSettings {
     pub camera: CameraTable,
     /// Pixels across and down.
     pub size: (u32, u32),
-    /// Constant radiance of the environment.
-    pub environment: Option<Vec3>,
+    /// Where light comes from in which there is nothing; chosen automatically if absent.
+    pub environment: Option<EnvironmentSetting>,
     /// Vertices at most this rough are of class specular.
     pub roughness_threshold: f32,
+}
+
+/// What the user asked for as the environment.
+#[derive(Clone, Debug)]
+pub enum EnvironmentSetting {
+    /// Constant radiance.
+    Constant(Vec3),
+    /// A map.
+    Map {
+        /// Longitude across, latitude down.
+        bitmap: Arc<Bitmap>,
+        /// Factor on its values.
+        scale: f32,
+        /// Degrees by which it is turned about the vertical axis.
+        rotation: f32,
+    },
+}
+
+impl From<Vec3> for EnvironmentSetting {
+    fn from(radiance: Vec3) -> Self {
+        EnvironmentSetting::Constant(radiance)
+    }
 }
 
 impl Scene {
@@ -67,21 +95,24 @@ impl Scene {
             .iter()
             .map(|m| Material::from_mtl(m, settings.roughness_threshold, path, warnings))
             .collect::<Result<Vec<_>>>()?;
-        let mesh = Mesh::new(obj);
-        let lights = Lights::new(&mesh, &materials);
-        let environment = match settings.environment {
-            Some(radiance) if !(radiance.is_finite() && radiance.min_element() >= 0.0) => {
-                return Err(Error::Setting(format!(
-                    "the environment's radiance must be finite and not negative, got {radiance}"
-                )));
+        let opacity = obj.materials.iter().map(Material::opacity).collect();
+        let mesh = Mesh::new(obj, opacity);
+        for (index, material) in materials.iter().enumerate() {
+            if material.textures.is_some() {
+                let count = mesh.without_texcoords(index as u32);
+                if count > 0 {
+                    warnings.push(format!(
+                        "{}: {count} faces of material '{}' have no texture coordinates: its textures are one \
+                         colour there",
+                        path.display(),
+                        material.name
+                    ))?;
+                }
             }
-            Some(radiance) => radiance,
-            None if lights.is_empty() => {
-                warnings.note("the scene has no light: a white environment is used");
-                Vec3::ONE
-            }
-            None => Vec3::ZERO,
-        };
+        }
+        let has_map = matches!(settings.environment, Some(EnvironmentSetting::Map { .. }));
+        let lights = Lights::new(&mesh, &materials, has_map);
+        let environment = environment(settings, lights.is_empty(), warnings)?;
         let camera = Camera::new(&settings.camera, (width, height), mesh.bounds)?;
         Ok(Self {
             mesh: Arc::new(mesh),
@@ -92,6 +123,12 @@ impl Scene {
         })
     }
 
+    /// The radiance of the environment from a unit direction.
+    #[inline]
+    pub fn sky(&self, direction: Vec3) -> Vec3 {
+        self.environment.radiance(direction)
+    }
+
     /// A fingerprint of geometry, materials, light and camera: the same on every machine.
     pub fn hash(&self) -> u64 {
         let mut hasher = Xxh3::new();
@@ -100,4 +137,46 @@ impl Scene {
         hasher.update(format!("{rest:?}").as_bytes());
         hasher.digest()
     }
+}
+
+/// The environment that is asked for, or white where there is no light at all.
+fn environment(
+    settings: &SceneSettings,
+    dark: bool,
+    warnings: &mut Warnings,
+) -> Result<Environment> {
+    Ok(match &settings.environment {
+        Some(EnvironmentSetting::Constant(radiance)) => {
+            if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
+                return Err(Error::Setting(format!(
+                    "the environment's radiance must be finite and not negative, got {radiance}"
+                )));
+            }
+            Environment::Constant(*radiance)
+        }
+        Some(EnvironmentSetting::Map {
+            bitmap,
+            scale,
+            rotation,
+        }) => {
+            if !(scale.is_finite() && *scale > 0.0 && rotation.is_finite()) {
+                return Err(Error::Setting(format!(
+                    "the environment's scale {scale} must be above 0, and its rotation {rotation} finite"
+                )));
+            }
+            let z_up = settings
+                .camera
+                .up
+                .is_some_and(|[x, y, z]| z.abs() > x.abs().max(y.abs()));
+            let map = EnvironmentMap::new(bitmap.clone(), *scale, *rotation, z_up);
+            Environment::Map(Box::new(map.ok_or_else(|| {
+                Error::Setting("the environment's map is black".into())
+            })?))
+        }
+        None if dark => {
+            warnings.note("the scene has no light: a white environment is used");
+            Environment::Constant(Vec3::ONE)
+        }
+        None => Environment::Constant(Vec3::ZERO),
+    })
 }

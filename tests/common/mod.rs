@@ -31,7 +31,7 @@ pub fn shipped(name: &str, width: u32, height: u32) -> Scene {
     let settings = SceneSettings {
         camera: toml.camera,
         size: (width, height),
-        environment: toml.environment.radiance.map(Vec3::from),
+        environment: toml.environment.radiance.map(|r| Vec3::from(r).into()),
         roughness_threshold: 0.05,
     };
     Scene::build(path, file, &settings, &mut warnings).unwrap()
@@ -50,7 +50,7 @@ pub fn polygons(
     for (corners, material) in polygons {
         let first = file.positions.len() as u32;
         file.positions
-            .extend(corners.iter().copied().map(Vec3::from));
+            .extend(corners.iter().copied().map(|r| Vec3::from(r).into()));
         for i in 1..corners.len() as u32 - 1 {
             file.triangles.push([first, first + i, first + i + 1]);
             file.material_of.push(*material as u32);

@@ -99,7 +99,7 @@ impl Model {
         let settings = SceneSettings {
             camera: self.camera(),
             size: (width, height),
-            environment: Some([self.environment; 3].into()),
+            environment: Some(Vec3::splat(self.environment).into()),
             roughness_threshold: self.roughness_threshold,
         };
         let polygons: Vec<(&[[f32; 3]], usize)> = self

@@ -1,0 +1,237 @@
+//! Light from all directions in which there is nothing: a constant, or a picture of the sky.
+
+use super::texture::Texture;
+use crate::load::bitmap::Bitmap;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Radiance that arrives from every direction in which there is nothing.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same from everywhere; black for none. It is not sampled as a light: the directions that BSDF
+    /// sampling draws fit it as well as any could.
+    Constant(Vec3),
+    /// By a map; sampled as a light.
+    Map(Box<EnvironmentMap>),
+}
+
+/// A picture around the scene: longitude across, latitude down. At rotation 0 its middle is towards +z and
+/// a quarter of it towards +x, with y upwards.
+#[derive(Clone)]
+pub struct EnvironmentMap {
+    texture: Texture,
+    /// Factor on the picture's values.
+    scale: f32,
+    /// Turns about the vertical axis, in turns.
+    rotation: f32,
+    /// Whether z is upwards in place of y.
+    z_up: bool,
+    /// Cumulative weights of the rows, and of the pixels of each row; the last of each is 1.
+    rows: Vec<f32>,
+    columns: Vec<f32>,
+    /// Probability of each row over its solid angle.
+    row_densities: Vec<f32>,
+}
+
+/// A sampled direction to the environment.
+#[derive(Clone, Copy, Debug)]
+pub struct SkySample {
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Radiance from there.
+    pub radiance: Vec3,
+    /// Density per solid angle.
+    pub density: f32,
+}
+
+impl Environment {
+    /// The radiance from the unit direction `direction`.
+    #[inline]
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Environment::Constant(radiance) => *radiance,
+            Environment::Map(map) => map.radiance(direction),
+        }
+    }
+
+    /// Whether no light comes from it.
+    #[inline]
+    pub fn is_black(&self) -> bool {
+        matches!(self, Environment::Constant(Vec3::ZERO))
+    }
+
+    /// The map, if it is one.
+    #[inline]
+    pub fn map(&self) -> Option<&EnvironmentMap> {
+        match self {
+            Environment::Constant(_) => None,
+            Environment::Map(map) => Some(map),
+        }
+    }
+}
+
+impl EnvironmentMap {
+    /// The map of a picture; `rotation` in degrees turns it counter-clockwise seen from above. `None`
+    /// where all of it is black.
+    pub fn new(bitmap: Arc<Bitmap>, scale: f32, rotation: f32, z_up: bool) -> Option<Self> {
+        let texture = Texture::of_bitmap(bitmap);
+        let (width, height) = texture.size();
+        let (width, height) = (width as usize, height as usize);
+        let luminance = |x: usize, y: usize| {
+            let c = texture.texel(y * width + x).max(Vec3::ZERO);
+            f64::from(c.x + c.y + c.z)
+        };
+        // What bilinear lookups have over a pixel in the mean, so that no light is without samples: of each
+        // line 1/8 of the neighbours and 6/8 of the pixel itself; times its solid angle.
+        let across = |x: usize, y: usize| {
+            let (left, right) = ((x + width - 1) % width, (x + 1) % width);
+            0.75 * luminance(x, y) + 0.125 * (luminance(left, y) + luminance(right, y))
+        };
+        let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::new());
+        columns.reserve_exact(width * height);
+        let mut sums = Vec::with_capacity(height);
+        let mut total = 0.0;
+        for y in 0..height {
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            let mut sum = 0.0;
+            let mut cumulative = Vec::with_capacity(width);
+            for x in 0..width {
+                sum += 0.75 * across(x, y) + 0.125 * (across(x, above) + across(x, below));
+                cumulative.push(sum);
+            }
+            // A black row is never chosen.
+            let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+            columns.extend(cumulative.iter().map(|c| (c * scale) as f32));
+            total += sum * (edge(y, height) - edge(y + 1, height));
+            rows.push(total);
+            sums.push(sum);
+        }
+        (total > 0.0 && total.is_finite()).then(|| Self {
+            scale,
+            rotation: rotation / 360.0,
+            z_up,
+            rows: rows.iter().map(|r| (r / total) as f32).collect(),
+            columns,
+            row_densities: sums
+                .iter()
+                .map(|sum| (sum / total / std::f64::consts::TAU) as f32)
+                .collect(),
+            texture,
+        })
+    }
+
+    /// Where a direction lies in the picture: across and down, from 0 to 1.
+    #[inline]
+    fn place(&self, d: Vec3) -> Vec2 {
+        let (x, up, z) = self.axes(d);
+        let across = x.atan2(-z) / TAU - self.rotation;
+        Vec2::new(across - across.floor(), up.clamp(-1.0, 1.0).acos() / PI)
+    }
+
+    /// East, up and south of a direction.
+    #[inline]
+    fn axes(&self, d: Vec3) -> (f32, f32, f32) {
+        if self.z_up {
+            (d.x, d.z, -d.y)
+        } else {
+            (d.x, d.y, d.z)
+        }
+    }
+
+    #[inline]
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        let place = self.place(direction);
+        self.lookup(place)
+    }
+
+    #[inline]
+    fn lookup(&self, place: Vec2) -> Vec3 {
+        // The first row does not go over into the last.
+        let half = 0.5 / self.texture.size().1 as f32;
+        let uv = Vec2::new(place.x, 1.0 - place.y.clamp(half, 1.0 - half));
+        self.texture.colour(uv).max(Vec3::ZERO) * self.scale
+    }
+
+    /// Density per solid angle with which [`EnvironmentMap::sample`] draws the direction.
+    #[inline]
+    pub fn density(&self, direction: Vec3) -> f32 {
+        let (width, height) = self.texture.size();
+        let place = self.place(direction);
+        let x = ((place.x * width as f32) as usize).min(width as usize - 1);
+        let y = ((place.y * height as f32) as usize).min(height as usize - 1);
+        self.density_of(x, y)
+    }
+
+    /// The density inside a pixel: its probability over its solid angle.
+    #[inline]
+    fn density_of(&self, x: usize, y: usize) -> f32 {
+        let width = self.texture.size().0 as usize;
+        let row = &self.columns[y * width..][..width];
+        let before = if x == 0 { 0.0 } else { row[x - 1] };
+        self.row_densities[y] * (row[x] - before) * width as f32
+    }
+
+    /// Draws a direction with `u` in [0, 1)². `None` where the density comes out as 0.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        let (width, height) = self.texture.size();
+        let (y, v) = invert(&self.rows, u[1]);
+        let row = &self.columns[y * width as usize..][..width as usize];
+        let (x, u) = invert(row, u[0]);
+        // Inside of the row evenly by solid angle, which is by the height on the sphere.
+        let (top, bottom) = (edge(y, height as usize), edge(y + 1, height as usize));
+        let up = top + (bottom - top) * f64::from(v);
+        let across = (x as f32 + u) / width as f32;
+        let radius = (1.0 - up * up).max(0.0).sqrt() as f32;
+        let down = up.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+        let up = up as f32;
+        let (sin, cos) = (TAU * (across + self.rotation)).sin_cos();
+        let (east, south) = (radius * sin, -radius * cos);
+        let direction = if self.z_up {
+            Vec3::new(east, -south, up)
+        } else {
+            Vec3::new(east, up, south)
+        };
+        let density = self.density_of(x, y);
+        (density > 0.0).then(|| SkySample {
+            direction,
+            radiance: self.lookup(Vec2::new(across, down as f32)),
+            density,
+        })
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> (u32, u32) {
+        self.texture.size()
+    }
+}
+
+/// The height on the unit sphere at the upper edge of a row.
+fn edge(row: usize, rows: usize) -> f64 {
+    (std::f64::consts::PI * row as f64 / rows as f64).cos()
+}
+
+/// The interval of a cumulative table in which `u` falls, and where inside from 0 to 1.
+#[inline]
+fn invert(cumulative: &[f32], u: f32) -> (usize, f32) {
+    let index = cumulative
+        .partition_point(|&c| c <= u)
+        .min(cumulative.len() - 1);
+    let low = if index == 0 {
+        0.0
+    } else {
+        cumulative[index - 1]
+    };
+    let width = cumulative[index] - low;
+    let inside = if width > 0.0 { (u - low) / width } else { 0.5 };
+    (index, inside.clamp(0.0, 1.0 - f32::EPSILON))
+}
+
+/// What the scene's hash is made of.
+impl std::fmt::Debug for EnvironmentMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let place = (self.scale, self.rotation, self.z_up);
+        write!(f, "EnvironmentMap({:?} {place:?})", self.texture)
+    }
+}
