@@ -155,6 +155,9 @@ fn malformed_geometry() {
         ("v 1 inf 2\nf 1 2 5\n", vec![":5:", "finite"]),
         ("v 1 1e39 2\nf 1 2 5\n", vec![":5:", "finite"]),
         ("vn 0 0\nf 1 2 3\n", vec![":5:", "normal"]),
+        ("v 1 2 3 0\nf 1 2 3\n", vec![":5:", "weight"]),
+        ("usemtl\nf 1 2 3\n", vec![":5:", "usemtl needs a name"]),
+        ("f 1 \\\n2 3\nf 1 2 9\n", vec![":7:", "vertex 9"]),
         ("f 1 1 2\n", vec!["no faces"]),
     ] {
         let case = Case::new(&[("a.obj", &format!("{QUAD}{body}"))]);

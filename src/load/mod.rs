@@ -3,6 +3,7 @@
 
 pub mod bitmap;
 pub mod exr;
+mod line;
 pub mod map;
 pub mod mtl;
 pub mod obj;

@@ -92,7 +92,7 @@ fn canonical(
         match words.next() {
             Some("newmtl") if words.next().is_none() => return fail("newmtl needs a name"),
             Some(key) if COLOURS.contains(&key) => {
-                let values: Vec<&str> = words.collect();
+                let values: Vec<&str> = words.take_while(|w| !w.starts_with('#')).collect();
                 if matches!(values.first(), Some(&("spectral" | "xyz"))) {
                     let at = format!("{}:{}", path.display(), index + 1);
                     warnings.push(format!(
@@ -110,7 +110,7 @@ fn canonical(
             }
             Some(key) if NUMBERS.contains(&key) => {
                 // `d -halo 0.5` puts an option first.
-                let value = words.next_back();
+                let value = words.take_while(|w| !w.starts_with('#')).last();
                 let Some(number) = value.and_then(finite) else {
                     return fail(&format!("{key} needs a number, got '{line}'"));
                 };

@@ -207,8 +207,12 @@ fn load_materials<R>(
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
     let mut read: Vec<&str> = Vec::new();
-    for (name, line) in &file.libraries {
-        if read.contains(&name.as_str()) {
+    let libraries = file.libraries.iter().flat_map(|(names, line)| {
+        let names = library_names(folder, names).into_iter();
+        names.map(move |name| (name, line))
+    });
+    for (name, line) in libraries {
+        if read.contains(&name) {
             continue;
         }
         read.push(name);
@@ -248,6 +252,21 @@ fn load_materials<R>(
         used.push(index);
     }
     Ok((materials, used))
+}
+
+/// The files that `mtllib` names: one, perhaps with blanks in its name, as programs write it, or else
+/// several, as the format has it.
+fn library_names<'a>(folder: &Path, names: &'a str) -> Vec<&'a str> {
+    let is_file = |name: &str| folder.join(name).is_file();
+    let words: Vec<&str> = names
+        .split_whitespace()
+        .take_while(|word| !word.starts_with('#'))
+        .collect();
+    if is_file(names) || !words.iter().any(|word| is_file(word)) {
+        vec![names]
+    } else {
+        words
+    }
 }
 
 /// Textures read so far by the paths of their files; `None` for one that cannot be used.

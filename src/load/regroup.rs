@@ -4,9 +4,10 @@
 //! - Faces with and without normals or texture coordinates in groups of their own: tobj makes up what a
 //!   face lacks where others of its group have it.
 //! - Groups named after their material: libraries are read later, wherever in the file they are named.
-//! - UTF-8, of which tobj refuses to read anything else.
-//! - Lines that a backslash continues as one.
+//! - UTF-8, as tobj refuses to read anything else.
+//! - Lines that a backslash continues as one, and without what tobj misreads.
 
+use super::line;
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
@@ -117,7 +118,7 @@ impl<R: BufRead> Regroup<R> {
                 }
                 _ => false,
             };
-            if !same || !line.is_ascii() || continues(line) {
+            if !same || !line::is_tidy(line) {
                 break;
             }
             self.faces += face as usize;
@@ -130,24 +131,10 @@ impl<R: BufRead> Regroup<R> {
 
     /// Puts the next line, with a new group before it where one is due, into `line`.
     fn next_line(&mut self) -> std::io::Result<()> {
-        self.line.clear();
         self.at = 0;
-        self.inner.read_until(b'\n', &mut self.line)?;
         let number = self.lines + 1;
-        while !self.line.is_empty() {
-            self.lines += 1;
-            if !continues(self.line.trim_ascii_end()) {
-                break;
-            }
-            self.line.truncate(self.line.trim_ascii_end().len() - 1);
-            self.line.push(b' ');
-            if self.inner.read_until(b'\n', &mut self.line)? == 0 {
-                break;
-            }
-        }
-        if self.line.is_empty() {
-            return Ok(());
-        }
+        self.lines += line::read(&mut self.inner, &mut self.line)?;
+        line::tidy(&mut self.line);
         let text = String::from_utf8_lossy(&self.line);
         let (word, argument) = match text.trim().split_once(char::is_whitespace) {
             Some((word, argument)) => (word, argument.trim()),
@@ -166,11 +153,12 @@ impl<R: BufRead> Regroup<R> {
                 self.faces += 1;
                 self.line = text.into_bytes();
             }
+            "mtllib" if argument.is_empty() => self.line = vec![b'\n'],
             "mtllib" => {
                 self.libraries.push((argument.to_owned(), number));
                 self.line = vec![b'\n'];
             }
-            "usemtl" => {
+            "usemtl" if !argument.is_empty() => {
                 let next = self.materials.len() as u32;
                 let index = match self.numbers.get(argument) {
                     Some(&index) => index,
@@ -192,11 +180,6 @@ impl<R: BufRead> Regroup<R> {
         }
         Ok(())
     }
-}
-
-/// Whether a line without its end goes on in the next.
-fn continues(line: &[u8]) -> bool {
-    line.trim_ascii_end().ends_with(b"\\")
 }
 
 impl<R: BufRead> BufRead for Regroup<R> {
@@ -252,7 +235,7 @@ mod tests {
                 "g -1/0/0",
                 "f 1 2 3",
                 "g 0/0/0",
-                "f 1 2   3",
+                "f 1 2    3",
                 "g 0/1/0",
                 "f 1/1 2/2 3/3",
                 "g 0/0/1",

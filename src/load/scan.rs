@@ -1,6 +1,7 @@
 //! The exact line of a defect in an OBJ file, which the parser (tobj) does not tell: looked for once it is
 //! known that there is one.
 
+use super::line;
 use std::io::BufRead;
 
 /// What is looked for.
@@ -18,11 +19,14 @@ pub enum Defect {
 pub fn locate(mut reader: impl BufRead, wanted: Defect) -> Option<(usize, String)> {
     let mut before = Before::default();
     let mut buffer = Vec::new();
-    for number in 1.. {
-        buffer.clear();
-        if reader.read_until(b'\n', &mut buffer).ok()? == 0 {
+    let mut next = 1;
+    loop {
+        let number = next;
+        next += line::read(&mut reader, &mut buffer).ok()?;
+        if next == number {
             break;
         }
+        line::tidy(&mut buffer);
         let line = String::from_utf8_lossy(&buffer);
         match before.read(&line) {
             Err((defect, what)) if defect == wanted => return Some((number, what)),
@@ -49,6 +53,11 @@ impl Before {
             Some("v") => {
                 let p = floats::<3>(&mut words)
                     .ok_or_else(|| broken("a vertex needs three numbers"))?;
+                let weight = words.next().map_or(Ok(1.0), str::parse::<f32>);
+                let Some(weight) = weight.ok().filter(|w| w.is_normal()) else {
+                    return Err(broken("a vertex's weight must be a number other than 0"));
+                };
+                let p = p.map(|x| x / weight);
                 self.positions.push(p);
                 if !p.iter().all(|x| x.is_finite()) {
                     return Err(broken("a vertex coordinate is not a finite number"));
@@ -76,6 +85,9 @@ impl Before {
                 if flat {
                     return Err((Defect::NoArea, "a face has no area".into()));
                 }
+            }
+            Some("usemtl") if words.next().is_none() => {
+                return Err(broken("usemtl needs a name"));
             }
             _ => {}
         }
