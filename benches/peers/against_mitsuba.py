@@ -27,110 +27,14 @@ import time
 import numpy as np
 import OpenEXR
 
-try:
-    import tomllib
-except ImportError:
-    sys.exit("needs Python 3.11 or later")
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "tests/mitsuba"))
+import render
 
 
 def read_exr(path):
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = file.channels()
         return np.stack([channels[c].pixels for c in "RGB"], -1).astype(np.float64)
-
-
-def read_mtl(path):
-    materials, current = {}, None
-    for line in path.read_text().splitlines():
-        words = line.split()
-        if words[:1] == ["newmtl"]:
-            current = materials.setdefault(words[1], {})
-        elif len(words) > 1 and current is not None and words[0] != "#":
-            current[words[0]] = [float(w) for w in words[1:]]
-    return materials
-
-
-def split_obj(path, folder):
-    """One OBJ file for each material, with the corners and normals that it uses."""
-    vertices, normals, faces, material = [], [], {}, None
-    for line in path.read_text().splitlines():
-        words = line.split()
-        if words[:1] == ["v"]:
-            vertices.append(words[1:4])
-        elif words[:1] == ["vn"]:
-            normals.append(words[1:4])
-        elif words[:1] == ["usemtl"]:
-            material = words[1]
-        elif words[:1] == ["f"]:
-            corners = [(int(c.split("/")[0]), int(c.split("/")[2]) if c.count("/") == 2 else 0) for c in words[1:]]
-            for i in range(1, len(corners) - 1):
-                faces.setdefault(material, []).append((corners[0], corners[i], corners[i + 1]))
-    files = {}
-    for name, triangles in faces.items():
-        used, lines, body = {}, [], []
-        for triangle in triangles:
-            corners = []
-            for v, n in triangle:
-                if (v, n) not in used:
-                    used[v, n] = len(used) + 1
-                    lines.append("v " + " ".join(vertices[v - 1]))
-                    if n:
-                        lines.append("vn " + " ".join(normals[n - 1]))
-                i = used[v, n]
-                corners.append(f"{i}//{i}" if n else str(i))
-            body.append("f " + " ".join(corners))
-        files[name] = folder / f"{name}.obj"
-        files[name].write_text("\n".join(lines + body) + "\n")
-    return files
-
-
-def bsdf(m):
-    rgb = lambda c: {"type": "rgb", "value": c}
-    roughness = m.get("Pr", [0.0])[0] ** 2
-    if m.get("Pm", [0])[0] >= 1 or m.get("illum", [0])[0] == 3:
-        if roughness == 0:
-            return {"type": "conductor", "material": "none", "specular_reflectance": rgb(m["Ks"])}
-        # Mitsuba has no Schlick conductor; F0 everywhere is near it away from grazing angles.
-        return {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": roughness,
-                "specular_reflectance": rgb(m["Ks"])}
-    if m.get("illum", [0])[0] in (5, 6, 7, 9):
-        glass = {"type": "dielectric", "int_ior": m["Ni"][0], "ext_ior": 1.0}
-        if roughness > 0:
-            glass |= {"type": "roughdielectric", "distribution": "ggx", "alpha": roughness}
-        return glass
-    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": rgb(m.get("Kd", [0.5] * 3))}}
-
-
-def mitsuba_scene(mi, obj, folder, size, depth):
-    toml = tomllib.loads(obj.with_suffix(".toml").read_text())
-    camera = toml["camera"]
-    scene = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": depth},
-        "sensor": {
-            "type": "perspective",
-            "fov": camera["fov"],
-            "fov_axis": "y",
-            "to_world": mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], camera["up"]),
-            "film": {"type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"},
-                     "pixel_format": "rgb", "component_format": "float32"},
-            "sampler": {"type": "independent"},
-        },
-    }
-    materials = read_mtl(obj.with_suffix(".mtl"))
-    for name, path in split_obj(obj, folder).items():
-        m = materials[name]
-        shape = {"type": "obj", "filename": str(path), "face_normals": "vn " not in path.read_text()}
-        if any(m.get("Ke", [0])):
-            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": m["Ke"]}}
-            shape["bsdf"] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0, 0, 0]}}
-        else:
-            shape["bsdf"] = bsdf(m)
-        scene[f"shape_{name}"] = shape
-    radiance = toml.get("environment", {}).get("radiance")
-    if radiance:
-        scene["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": radiance}}
-    return mi.load_dict(scene)
 
 
 def child_mitsuba(args):
@@ -143,7 +47,8 @@ def child_mitsuba(args):
     if args.variant.startswith("llvm"):
         dr.set_thread_count(args.threads)
     with tempfile.TemporaryDirectory() as folder:
-        scene = mitsuba_scene(mi, args.scene.resolve(), pathlib.Path(folder), args.size, args.depth)
+        scene = render.describe(mi, args.scene.resolve(), pathlib.Path(folder), args.size, max_depth=args.depth)
+        scene = mi.load_dict(scene)
         mi.render(scene, spp=4, seed=99)  # compiles the kernels
         for seed, line in enumerate(sys.stdin):
             start = time.perf_counter()

@@ -23,8 +23,11 @@ pub const SCENES: [&str; 7] = [
 
 /// A shipped scene at another size.
 pub fn shipped(name: &str, width: u32, height: u32) -> Scene {
-    let path = format!("scenes/{name}.obj");
-    let path = Path::new(&path);
+    scene_of_file(Path::new(&format!("scenes/{name}.obj")), width, height)
+}
+
+/// The scene of an OBJ and the TOML beside it, at a size of its own. Nothing in them may need a warning.
+pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
     let mut warnings = Warnings::new(true);
     let file = obj::load(path, &mut warnings).unwrap();
     let toml = sidecar::load(path).unwrap();
