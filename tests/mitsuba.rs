@@ -7,7 +7,8 @@
 
 mod common;
 
-use common::{Mean, Render, largest_z, scene_of_file, tracer};
+use ::image::{Rgb, RgbImage};
+use common::{Mean, Render, Rng, largest_z, scene_of_file, tracer};
 use gdpt::image::Image;
 use gdpt::picture;
 use gdpt::reconstruct::{Alpha, Method as Reconstruct, PAPER_ALPHA};
@@ -46,16 +47,19 @@ struct Case {
     toml: &'static str,
 }
 
+/// Texture coordinates of every polygon's corners: turned, repeated, no square.
+const TEXTURE_CORNERS: [[f32; 2]; 4] = [[-0.3, 0.2], [1.6, -0.1], [1.4, 1.3], [-0.2, 0.9]];
+
 impl Case {
     fn write(&self, folder: &Path) {
         let mut obj = format!("mtllib {}.mtl\n", self.name);
         let mut corners = 0;
         for (material, polygon) in &self.polygons {
             writeln!(obj, "usemtl {material}").unwrap();
-            for [x, y, z] in polygon {
-                writeln!(obj, "v {x} {y} {z}").unwrap();
+            for ([x, y, z], [u, v]) in polygon.iter().zip(TEXTURE_CORNERS) {
+                writeln!(obj, "v {x} {y} {z}\nvt {u} {v}").unwrap();
             }
-            let face = (corners + 1..=corners + polygon.len()).map(|i| format!(" {i}"));
+            let face = (corners + 1..=corners + polygon.len()).map(|i| format!(" {i}/{i}"));
             writeln!(obj, "f{}", face.collect::<String>()).unwrap();
             corners += polygon.len();
         }
@@ -165,6 +169,17 @@ macro_rules! room_mtl {
     };
 }
 
+macro_rules! from_above {
+    () => {
+        "[camera]
+origin = [0.5, 1.4, 3.3]
+target = [0.1, 0.7, 0]
+up = [0.1, 1, 0]
+fov = 34
+"
+    };
+}
+
 fn cases() -> Vec<Case> {
     let with = |back, more: Vec<Polygon>| [room(back), more].concat();
     let blocks = || -> Vec<Polygon> {
@@ -179,6 +194,12 @@ fn cases() -> Vec<Case> {
     let slab = || block("glass", [0.05, 1., 1.2], [0.75, 0.6, 0.08], 22.);
     let corners = [[-3., 0., 2.5], [3., 0., 2.5], [3., 0., -2.], [-3., 0., -2.]];
     let floor = ("white", corners.to_vec());
+    let open_air = || -> Vec<Polygon> {
+        let glass = block("glass", [-0.2, 0.3, 0.7], [0.2, 0.25, 0.2], 10.);
+        let lamp = room("white").swap_remove(6);
+        let more = [floor.clone(), lamp, panel()];
+        glass.chain(blocks()).chain(more).collect()
+    };
     let room_mtl = room_mtl!("");
     vec![
         // Paths of two segments: the depth means the same.
@@ -272,27 +293,69 @@ fn cases() -> Vec<Case> {
             polygons: with("white", blocks().into_iter().chain(slab()).collect()),
             toml: INTO_ROOM,
         },
-        // Constant light from all around, on Lambert, a mirror and glass.
+        // Constant light from all around and a lamp, on Lambert, a mirror and glass.
         Case {
             name: "environment",
             depth: 7,
             mtl: room_mtl!("newmtl panel\nPm 1\nPr 0\nKs 1 1 1\nnewmtl glass\nillum 7\nNi 1.4\n"),
-            polygons: [
-                vec![floor, panel()],
-                blocks(),
-                block("glass", [-0.2, 0.3, 0.7], [0.2, 0.25, 0.2], 10.).collect(),
-            ]
-            .concat(),
-            toml: "[camera]
-origin = [0.5, 1.4, 3.3]
-target = [0.1, 0.7, 0]
-up = [0.1, 1, 0]
-fov = 34
-[environment]
-radiance = [0.5, 0.8, 1.3]
-",
+            polygons: open_air(),
+            toml: concat!(from_above!(), "[environment]\nradiance = [0.5, 0.8, 1.3]\n"),
+        },
+        // A texture on all that is white: floor, ceiling, back wall and a block.
+        Case {
+            name: "textures",
+            depth: 6,
+            mtl: concat!(
+                "newmtl white\nKd 1 1 1\nmap_Kd texture.png\nnewmtl red\nKd 0.7 0.15 0.1\n",
+                "newmtl blue\nKd 0.1 0.25 0.65\nnewmtl lamp\nKe 7 6 4\nnewmtl cold\nKe 1 3 6\n",
+            ),
+            polygons: with("white", blocks()),
+            toml: INTO_ROOM,
+        },
+        // The same with the light of a map, turned and scaled.
+        Case {
+            name: "environment-map",
+            depth: 6,
+            mtl: room_mtl!("newmtl panel\nPm 1\nPr 0\nKs 1 1 1\nnewmtl glass\nillum 7\nNi 1.4\n"),
+            polygons: open_air(),
+            toml: concat!(
+                from_above!(),
+                "[environment]\nmap = \"sky.exr\"\nrotation = 40\nscale = 0.7\n"
+            ),
         },
     ]
+}
+
+/// A texture of 4 x 3 random texels.
+fn write_texture(path: &Path) {
+    let mut rng = Rng(1);
+    let texels = RgbImage::from_fn(
+        7,
+        5,
+        |_, _| Rgb([(); 3].map(|_| (256.0 * rng.next()) as u8)),
+    );
+    texels.save(path).unwrap();
+}
+
+/// An environment of 16 x 8 random texels with a bright patch, its upper half of another colour.
+fn write_sky(path: &Path) {
+    let mut rng = Rng(2);
+    let texels = (0..16 * 8).map(|i| {
+        let (x, y) = (i % 16, i / 16);
+        let sun = if (5..7).contains(&x) && y == 2 {
+            12.0
+        } else {
+            0.0
+        };
+        let sky = if y < 4 {
+            [0.4, 0.7, 1.2]
+        } else {
+            [0.5, 0.3, 0.2]
+        };
+        sky.map(|c: f32| c * 2.0 * rng.next() + sun)
+    });
+    let texels: Vec<[f32; 3]> = texels.collect();
+    exr::prelude::write_rgb_file(path, 16, 8, |x, y| texels[16 * y + x].into()).unwrap();
 }
 
 /// The means of the regions, and of the whole, channel by channel. `value` is of a pixel and a channel.
@@ -389,6 +452,8 @@ fn pictures_are_those_of_mitsuba() {
     let folder = folder.path();
     let cases = cases();
     cases.iter().for_each(|case| case.write(folder));
+    write_texture(&folder.join("texture.png"));
+    write_sky(&folder.join("sky.exr"));
     let jobs = cases.iter().map(
         |case| json!({ "scene": case.name, "depth": case.depth, "runs": RUNS, "spp": SPP[1] }),
     );

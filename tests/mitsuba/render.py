@@ -7,8 +7,9 @@ FOLDER/jobs.json is a list of {"scene", "depth", "runs", "spp"}, where FOLDER/sc
 reads them. The pictures of a scene's runs go to FOLDER/scene.f32: one after the other, row by row from the top, red,
 green and blue of each pixel as 32-bit floats of this machine.
 
-Mitsuba gets the same triangles, materials, lights, camera, depth and box filter. Materials: Lambert, area lights,
-conductors (Mitsuba has no Schlick: the same as gdpt's for Ks 1), smooth and rough glass.
+Mitsuba gets the same triangles, materials, lights, camera, depth and box filter. Materials: Lambert, plain and
+textured, area lights, conductors (Mitsuba has no Schlick: the same as gdpt's for Ks 1), smooth and rough glass. Light
+of constant environments and of maps.
 """
 import array
 import json
@@ -28,41 +29,33 @@ def read_mtl(path):
         if words[:1] == ["newmtl"]:
             current = materials.setdefault(words[1], {})
         elif len(words) > 1 and current is not None and words[0] != "#":
-            current[words[0]] = [float(w) for w in words[1:]]
+            current[words[0]] = words[-1] if words[0] == "map_Kd" else [float(w) for w in words[1:]]
     return materials
 
 
 def split_obj(path, folder):
-    """One OBJ file for each material, with the corners and normals that it uses."""
-    vertices, normals, faces, material = [], [], {}, None
+    """One OBJ file for each material, with the corners, texture coordinates and normals that it uses."""
+    given, faces, material = {"v": [], "vt": [], "vn": []}, {}, None
     for line in path.read_text().splitlines():
         words = line.split()
-        if words[:1] == ["v"]:
-            vertices.append(words[1:4])
-        elif words[:1] == ["vn"]:
-            normals.append(words[1:4])
+        if words[:1] and words[0] in given:
+            given[words[0]].append(" ".join(words[1:4]))
         elif words[:1] == ["usemtl"]:
             material = words[1]
         elif words[:1] == ["f"]:
-            corners = [(int(c.split("/")[0]), int(c.split("/")[2]) if c.count("/") == 2 else 0) for c in words[1:]]
+            corners = [tuple(int(i or 0) for i in (c + "//").split("/")[:3]) for c in words[1:]]
             for i in range(1, len(corners) - 1):
-                faces.setdefault(material, []).append((corners[0], corners[i], corners[i + 1]))
+                faces.setdefault(material, []).extend((corners[0], corners[i], corners[i + 1]))
     files = {}
-    for name, triangles in faces.items():
-        used, lines, body = {}, [], []
-        for triangle in triangles:
-            corners = []
-            for v, n in triangle:
-                if (v, n) not in used:
-                    used[v, n] = len(used) + 1
-                    lines.append("v " + " ".join(vertices[v - 1]))
-                    if n:
-                        lines.append("vn " + " ".join(normals[n - 1]))
-                i = used[v, n]
-                corners.append(f"{i}//{i}" if n else str(i))
-            body.append("f " + " ".join(corners))
+    for name, corners in faces.items():
+        used = {corner: i for i, corner in enumerate(dict.fromkeys(corners), 1)}
+        there = [key for key, indices in zip(given, zip(*used)) if all(indices)]
+        lines = [f"{key} {given[key][i - 1]}" for corner in used for key, i in zip(given, corner) if key in there]
+        form = "/".join("%d" if key in there else "" for key in given).rstrip("/")
+        corners = [form.replace("%d", str(used[corner])) for corner in corners]
+        lines += ["f " + " ".join(corners[i:i + 3]) for i in range(0, len(corners), 3)]
         files[name] = folder / f"{path.stem}-{name}.obj"
-        files[name].write_text("\n".join(lines + body) + "\n")
+        files[name].write_text("\n".join(lines) + "\n")
     return files
 
 
@@ -70,7 +63,7 @@ def rgb(value):
     return {"type": "rgb", "value": value}
 
 
-def bsdf(m):
+def bsdf(m, folder):
     alpha = m.get("Pr", [0.0])[0] ** 2
     rough = {"distribution": "ggx", "alpha": alpha} if alpha > 0 else {}
     prefix = "rough" if rough else ""
@@ -80,7 +73,27 @@ def bsdf(m):
     if m.get("illum", [0])[0] in (5, 6, 7, 9):
         return {"type": prefix + "dielectric", "int_ior": m.get("Ni", [1.5])[0], "ext_ior": 1.0,
                 "specular_transmittance": rgb(m.get("Tf", [1.0] * 3))} | rough
-    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": rgb(m.get("Kd", [0.5] * 3))}}
+    reflectance = rgb(m.get("Kd", [0.5] * 3))
+    if "map_Kd" in m:  # bilinear and repeated, as here; Mitsuba's OBJ has v upwards too
+        reflectance = {"type": "bitmap", "filename": str(folder / m["map_Kd"])}
+    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}}
+
+
+def envmap(mi, path, rotation=0.0, scale=1.0):
+    """gdpt's rows are centred at (row + 0.5)/h; Mitsuba's first and last lie on the poles. Twice as many rows and one
+    are bilinearly the same."""
+    bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    texels = mi.TensorXf(bitmap)
+    height, width, _ = texels.shape
+    texels = list(texels.array)
+    rows = [texels[3 * width * y:3 * width * (y + 1)] for y in range(height)]
+    fine = []
+    for y in range(2 * height + 1):
+        above, below = rows[max(y - 1, 0) // 2], rows[min(y // 2, height - 1)]
+        fine += [(a + b) / 2 for a, b in zip(above, below)]
+    bitmap = mi.Bitmap(mi.TensorXf(fine, shape=(2 * height + 1, width, 3)))
+    return {"type": "envmap", "bitmap": bitmap, "scale": scale,
+            "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], rotation)}
 
 
 def describe(mi, obj, folder, size=None, **integrator):
@@ -109,11 +122,14 @@ def describe(mi, obj, folder, size=None, **integrator):
             shape["emitter"] = {"type": "area", "radiance": rgb(m["Ke"])}
             shape["bsdf"] = {"type": "diffuse", "reflectance": rgb([0, 0, 0])}
         else:
-            shape["bsdf"] = bsdf(m)
+            shape["bsdf"] = bsdf(m, obj.parent)
         scene[f"shape_{name}"] = shape
-    radiance = toml.get("environment", {}).get("radiance")
-    if radiance:
-        scene["sky"] = {"type": "constant", "radiance": rgb(radiance)}
+    environment = toml.get("environment", {})
+    if "map" in environment:
+        path = obj.parent / environment["map"]
+        scene["sky"] = envmap(mi, path, environment.get("rotation", 0.0), environment.get("scale", 1.0))
+    elif "radiance" in environment:
+        scene["sky"] = {"type": "constant", "radiance": rgb(environment["radiance"])}
     return scene
 
 
