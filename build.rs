@@ -55,7 +55,7 @@ mod embree {
             .clang_arg(format!("-I{}", prefix.include.display()))
             .allowlist_function("rtc(NewDevice|ReleaseDevice|GetDeviceError|GetDeviceProperty|NewScene|ReleaseScene)")
             .allowlist_function("rtc(SetSceneFlags|SetSceneBuildQuality|CommitScene|NewGeometry|ReleaseGeometry)")
-            .allowlist_function("rtc(SetSharedGeometryBuffer|CommitGeometry|AttachGeometry|SetDeviceErrorFunction)")
+            .allowlist_function("rtc(SetSharedGeometryBuffer|CommitGeometry|AttachGeometryByID|SetDeviceErrorFunction)")
             .allowlist_function("gdpt_.*")
             .allowlist_type("RTC(RayHit8|Ray8)")
             .allowlist_var("RTC_INVALID_GEOMETRY_ID")

@@ -5,6 +5,7 @@ mod common;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gdpt::bsdf::Lobe;
 use gdpt::film::{Film, Halves};
+use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
@@ -23,6 +24,7 @@ const SETTINGS: PathSettings = PathSettings {
     seed: 0,
     points: Points::Sobol,
     weights: Weights::Mis,
+    filter: Filter::Box,
 };
 
 /// The primary hits of the picture's middle row and of the row below.

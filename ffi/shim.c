@@ -30,6 +30,10 @@ _Static_assert(sizeof(struct RTCRayHit16) == HIT_FIELDS * 64, "RTCRayHit16 is no
 _Static_assert(sizeof(struct RTCRay4) == RAY_FIELDS * 16, "RTCRay4 is not like RTCRay8");
 _Static_assert(sizeof(struct RTCRay16) == RAY_FIELDS * 64, "RTCRay16 is not like RTCRay8");
 
+_Static_assert(offsetof(struct RTCHit8, u) == 3 * 32 && offsetof(struct RTCHit8, v) == 4 * 32 &&
+                   offsetof(struct RTCHit8, primID) == 5 * 32,
+               "RTCHitN has another layout");
+
 static const int ALL[16] __attribute__((aligned(64))) = {-1, -1, -1, -1, -1, -1, -1, -1,
                                                          -1, -1, -1, -1, -1, -1, -1, -1};
 
@@ -57,12 +61,16 @@ static void two_blocks(void *packet, void *block, size_t first, int fields, int 
 
 static float *field(void *block, int f) { return (float *)((char *)block + f * 32); }
 
+/* What the batches may meet. */
+static const enum RTCFeatureFlags FEATURES =
+    RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_FILTER_FUNCTION_IN_GEOMETRY;
+
 void gdpt_closest(RTCScene scene, struct RTCRayHit8 *blocks, size_t count, enum GdptWidth width, int coherent) {
     float_mode before = enter_fast_mode();
     struct RTCIntersectArguments args;
     rtcInitIntersectArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    args.feature_mask = RTC_FEATURE_FLAG_TRIANGLE;
+    args.feature_mask = FEATURES;
     int valid[16] __attribute__((aligned(64)));
     switch (width) {
     case GDPT_SINGLE:
@@ -116,7 +124,7 @@ void gdpt_any(RTCScene scene, struct RTCRay8 *blocks, size_t count, enum GdptWid
     struct RTCOccludedArguments args;
     rtcInitOccludedArguments(&args);
     args.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
-    args.feature_mask = RTC_FEATURE_FLAG_TRIANGLE;
+    args.feature_mask = FEATURES;
     int valid[16] __attribute__((aligned(64)));
     switch (width) {
     case GDPT_SINGLE:
@@ -176,6 +184,31 @@ void gdpt_bare_any(RTCScene scene, struct RTCRay8 *blocks, size_t count) {
     args.feature_mask = RTC_FEATURE_FLAG_TRIANGLE;
     for (size_t i = 0; i + 8 <= count; i += 8) rtcOccluded8(ALL, scene, &blocks[i / 8], &args);
     leave_fast_mode(before);
+}
+
+/* Embree asks this for every hit on a geometry with holes. The question goes to Rust, in Rust's own
+   floating-point mode. */
+static void keep_closed(const struct RTCFilterFunctionNArguments *args) {
+    const struct GdptCutouts *cutouts = args->geometryUserPtr;
+    float_mode fast = enter_fast_mode();
+    leave_fast_mode(cutouts->mode);
+    for (unsigned i = 0; i < args->N; ++i) {
+        if (args->valid[i] != -1) continue;
+        /* Arrays of N values, as Embree's accessors have them, which are there in C++ alone. */
+        const float *hit = (const float *)args->hit;
+        float u = hit[3 * args->N + i], v = hit[4 * args->N + i];
+        unsigned triangle = cutouts->first + ((const unsigned *)args->hit)[5 * args->N + i];
+        if (cutouts->is_open(cutouts->mesh, triangle, u, v)) args->valid[i] = 0;
+    }
+    leave_fast_mode(fast);
+}
+
+void gdpt_cut_out(RTCGeometry geometry, struct GdptCutouts *cutouts) {
+    cutouts->mode = enter_fast_mode();
+    leave_fast_mode(cutouts->mode);
+    rtcSetGeometryUserData(geometry, cutouts);
+    rtcSetGeometryIntersectFilterFunction(geometry, keep_closed);
+    rtcSetGeometryOccludedFilterFunction(geometry, keep_closed);
 }
 
 static bool add_bytes(void *sum, ssize_t bytes, bool after) {

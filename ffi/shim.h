@@ -21,6 +21,18 @@ void gdpt_any(RTCScene scene, struct RTCRay8 *blocks, size_t count, enum GdptWid
 void gdpt_bare_closest(RTCScene scene, struct RTCRayHit8 *blocks, size_t count);
 void gdpt_bare_any(RTCScene scene, struct RTCRay8 *blocks, size_t count);
 
+/* Triangles with holes: those from `first` on are asked about by their number and the point on them. */
+struct GdptCutouts {
+    const void *mesh;
+    int (*is_open)(const void *mesh, unsigned triangle, float u, float v);
+    unsigned first;
+    /* The floating-point mode outside of the batches; set by gdpt_cut_out. */
+    unsigned mode;
+};
+
+/* Hits on the geometry count only where `is_open` says 0. `cutouts` must stay where it is. */
+void gdpt_cut_out(RTCGeometry geometry, struct GdptCutouts *cutouts);
+
 /* Counts the bytes that a device allocates, in *bytes (start at 0). */
 void gdpt_count_memory(RTCDevice device, ptrdiff_t *bytes);
 

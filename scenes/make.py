@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
 """Writes the scenes of this folder: `python3 scenes/make.py`. Their files are committed; this is how they were made.
 
-`python3 scenes/make.py large FOLDER [TRIANGLES]` writes a scene of that many triangles (560,000) to measure with.
+`python3 scenes/make.py large FOLDER [TRIANGLES]` writes a scene of that many triangles (560,000) to measure with;
+`python3 scenes/make.py lamps FOLDER` one with 10,000 emitting triangles.
 """
 import math
 import pathlib
+import random
+import struct
 import sys
+import zlib
 
 HERE = pathlib.Path(__file__).parent
 
@@ -13,7 +17,7 @@ HERE = pathlib.Path(__file__).parent
 class Obj:
     def __init__(self, name, purpose):
         self.name, self.purpose = name, purpose
-        self.lines, self.v, self.vn, self.material = [], 0, 0, None
+        self.lines, self.v, self.vn, self.vt, self.material = [], 0, 0, 0, None
 
     def use(self, material):
         if material != self.material:
@@ -27,6 +31,36 @@ class Obj:
             self.lines.append("v " + " ".join(f"{x:.6g}" for x in c))
         self.lines.append("f " + " ".join(str(self.v + i + 1) for i in range(len(corners))))
         self.v += len(corners)
+
+    def mapped(self, material, corners, texcoords):
+        """A polygon with texture coordinates."""
+        self.use(material)
+        self.lines += ["v " + " ".join(f"{x:.6g}" for x in c) for c in corners]
+        self.lines += ["vt " + " ".join(f"{x:.6g}" for x in t) for t in texcoords]
+        self.lines.append("f " + " ".join(f"{self.v + i + 1}/{self.vt + i + 1}" for i in range(len(corners))))
+        self.v += len(corners)
+        self.vt += len(corners)
+
+    def globe(self, material, centre, radius, rows=16):
+        """A sphere with vertex normals, and texture coordinates by longitude and latitude."""
+        self.use(material)
+        columns = 2 * rows
+        for i in range(rows + 1):
+            for j in range(columns + 1):
+                theta, phi = math.pi * i / rows, 2 * math.pi * j / columns
+                n = (math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi))
+                self.lines.append("v " + " ".join(f"{centre[k] + radius * n[k]:.6g}" for k in range(3)))
+                self.lines.append("vn " + " ".join(f"{x:.5g}" for x in n))
+                self.lines.append(f"vt {j / columns:.6g} {1 - i / rows:.6g}")
+        for i in range(rows):
+            for j in range(columns):
+                a, b = i * (columns + 1) + j, (i + 1) * (columns + 1) + j
+                # Around the poles one side has no length.
+                corners = [b, b + 1, a + 1] if i == 0 else [b, a + 1, a] if i == rows - 1 else [b, b + 1, a + 1, a]
+                self.lines.append("f " + " ".join(
+                    f"{self.v + c + 1}/{self.vt + c + 1}/{self.vn + c + 1}" for c in corners))
+        count = (rows + 1) * (columns + 1)
+        self.v, self.vn, self.vt = self.v + count, self.vn + count, self.vt + count
 
     def rectangle(self, material, a, b, c):
         """A parallelogram with corner b between a and c."""
@@ -213,6 +247,106 @@ by exactly the share of the paths longer than --depth, which shrinks geometrical
     o.write(materials, ((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), 24.0), (192, 96), (1, 1, 1))
 
 
+def write_png(path, width, height, pixel):
+    """8-bit pictures: `pixel(x, y)` has 1, 3 or 4 bytes."""
+    channels = len(pixel(0, 0))
+    rows = b"".join(b"\0" + bytes(v for x in range(width) for v in pixel(x, y)) for y in range(height))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9))
+                     + chunk(b"IEND", b""))
+
+
+def write_hdr(path, width, height, pixel):
+    """Radiance pictures, not compressed."""
+    def rgbe(colour):
+        most = max(colour)
+        if most < 1e-32:
+            return bytes(4)
+        mantissa, exponent = math.frexp(most)
+        return bytes([*(int(c * mantissa * 256 / most) for c in colour), exponent + 128])
+
+    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
+    path.write_bytes(header + b"".join(rgbe(pixel(x, y)) for y in range(height) for x in range(width)))
+
+
+def still():
+    o = Obj("still", """Textures, plastic and sky: a tiled floor, a leaf cut out of a rectangle, a board with bumps, balls of plastic under
+rough and smooth coats, of a half metallic paint and of metal whose roughness varies, lit by a map of the sky.""")
+    square = ((0, 0), (1, 0), (1, 1), (0, 1))
+    o.mapped("tiles", ((-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)), [(3 * u, 3 * v) for u, v in square])
+    o.mapped("leaf", ((-1.1, 0.1, 0.7), (-0.1, 0.1, 0.7), (-0.1, 1.1, 0.5), (-1.1, 1.1, 0.5)), square)
+    o.mapped("bumpy", ((0.3, 0.05, 0.2), (1.7, 0.05, 0.0), (1.7, 1.4, -0.4), (0.3, 1.4, -0.2)), square)
+    o.globe("plastic", (-1.9, 0.6, -0.6), 0.6)
+    o.globe("lacquer", (-0.5, 0.6, -1.2), 0.6)
+    o.globe("paint", (0.9, 0.6, -1.6), 0.6)
+    o.globe("brushed", (2.4, 0.5, -0.5), 0.5)
+    materials = {
+        "tiles": {"map_Kd": "still-tiles.png"},
+        "leaf": {"map_Kd": "still-leaf.png", "map_d": "still-leaf.png"},
+        "bumpy": {"Kd": "0.7 0.7 0.7", "map_Bump": "-bm 0.02 still-bumps.png"},
+        "plastic": {"Kd": "0.1 0.3 0.7", "Ks": "0.5 0.5 0.5", "Ns": "100", "Ni": "1.5", "illum": "2"},
+        "lacquer": {"Kd": "0.6 0.05 0.05", "Pr": "0", "Ni": "1.5"},
+        "paint": {"Kd": "0.8 0.5 0.2", "Pr": "0.4", "Pm": "0.5"},
+        "brushed": {"Ks": "0.9 0.85 0.8", "Pm": "1", "map_Pr": "still-bumps.png"},
+    }
+    o.write(materials, ((0.0, 1.9, 5.0), (0.1, 0.5, 0.0), 36.0), (384, 256))
+    with (HERE / "still.toml").open("a") as toml:
+        toml.write("""
+[cameras.close]
+origin = [-1.0, 1.0, 2.5]
+target = [-0.7, 0.6, 0.0]
+aperture = 0.1
+
+[environment]
+map = "still-sky.hdr"
+rotation = 20.0
+""")
+
+    def tile(x, y):
+        if x < 10 and y < 10:
+            return (30, 60, 200)
+        return ((205, 70, 45), (235, 225, 205))[(x // 16 + y // 16) % 2]
+
+    def leaf(x, y):
+        u, v = (x - 63.5) / 63.5, (y - 63.5) / 63.5
+        inside = abs(u) < 0.75 * (1 - v * v) and abs(v) < 0.95
+        return (90 + int(50 * abs(u)), 150 if abs(u) > 0.04 else 190, 60, 255 if inside else 0)
+
+    write_png(HERE / "still-tiles.png", 64, 64, tile)
+    write_png(HERE / "still-leaf.png", 128, 128, leaf)
+    write_png(HERE / "still-bumps.png", 64, 64, lambda x, y: (int(
+        127.5 + 120 * math.sin(2 * math.pi * x / 16) * math.sin(2 * math.pi * y / 16)),))
+
+    def sky(x, y):
+        up = max(0.0, 1 - y / 32)
+        if 12 <= y < 15 and 36 <= x < 39:
+            return (220, 190, 150)
+        return (0.25 + 0.15 * up, 0.3 + 0.25 * up, 0.35 + 0.5 * up) if y < 32 else (0.15, 0.13, 0.1)
+
+    write_hdr(HERE / "still-sky.hdr", 128, 64, sky)
+
+
+def lamps(folder):
+    """A hall of 60 x 60 m with blocks and 5,000 small square lamps of different power under its ceiling."""
+    o = Obj("lamps", "A hall with 10,000 emitting triangles, to measure how lights are chosen.")
+    draw = random.Random(1)
+    o.rectangle("white", (-30, 0, 30), (30, 0, 30), (30, 0, -30))
+    o.rectangle("white", (-30, 4, -30), (30, 4, -30), (30, 4, 30))
+    for i in range(40):
+        o.block(("white", "red", "green")[i % 3], (draw.uniform(-28, 28), 0, draw.uniform(-28, 28)),
+                (draw.uniform(1, 4), draw.uniform(0.5, 3.5), draw.uniform(1, 4)), draw.uniform(0, 90))
+    for i in range(5000):
+        x, z, y = draw.uniform(-29, 29), draw.uniform(-29, 29), draw.uniform(2.5, 3.9)
+        o.lamp(("warm", "cold", "dim")[i % 3], x, z, 0.04, y)
+    lights = {"warm": {"Kd": "0 0 0", "Ke": "60 40 20"}, "cold": {"Kd": "0 0 0", "Ke": "20 40 60"},
+              "dim": {"Kd": "0 0 0", "Ke": "4 4 4"}}
+    o.write(DIFFUSE | lights, ((-28.0, 1.7, 20.0), (0.0, 1.2, 0.0), 60.0), (384, 216), folder=pathlib.Path(folder))
+
+
 def large(folder, triangles):
     """A box with rows of diffuse, metal and glass balls, finely triangulated."""
     o = Obj("large", f"A box with balls of {triangles} triangles in all, to measure with.")
@@ -232,6 +366,8 @@ def large(folder, triangles):
 
 if sys.argv[1:2] == ["large"]:
     large(sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 560_000)
+elif sys.argv[1:2] == ["lamps"]:
+    lamps(sys.argv[2])
 else:
-    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace):
+    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace, still):
         scene()

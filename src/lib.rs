@@ -12,6 +12,7 @@
 //! | [`warp`] | Maps from the unit square to disks, hemispheres and triangles. | |
 //! | [`frame`] | Shading frames, and ray origins that leave a surface. | |
 //! | [`sampler`] | Owen-scrambled Sobol numbers by position in the path. | |
+//! | [`filter`] | Pixel filters: positions drawn by importance. | |
 //! | [`bsdf`] | How materials scatter, in local coordinates. | warp |
 //! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, warp, frame, bsdf |
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, scene |
@@ -19,7 +20,7 @@
 //! | [`shift`] | How an offset path follows its base path. | bsdf, scene, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | sampler, scene, trace, vertex, shift, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | sampler, filter, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
@@ -29,12 +30,12 @@
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
 //! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
-//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, scene, trace, gradient, path, film, render, output |
-//! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
+//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
+//! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | sampler, trace, gradient, render, reconstruct |
+//! | [`cli`] | The command line: definitions only. | sampler, filter, trace, gradient, render, reconstruct |
 //! | [`progress`] | What the user sees while it works. | render, output |
-//! | [`app`] | The commands, from flags to files. | error, memory, load, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
@@ -51,6 +52,7 @@ pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod film;
+pub mod filter;
 pub mod frame;
 pub mod gradient;
 pub mod image;

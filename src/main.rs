@@ -39,6 +39,8 @@ fn main() -> ExitCode {
         Command::Spectrum(args) => app::spectrum::spectrum(&args, &stop),
         Command::Info(args) => app::info::info(&args),
         Command::Bench(args) => app::bench::bench(&args),
+        Command::Completions(args) => app::manual::completions(&args),
+        Command::Man(args) => app::manual::man(&args),
     };
     match result {
         Ok(Ended::Done) => ExitCode::SUCCESS,

@@ -190,9 +190,12 @@ impl Job<'_> {
                 tile.add(sums);
             }
         });
-        let mut samples = [0; 2];
-        range.for_each(|n| samples[sampler::half(n)] += 1);
-        film.end_pass(samples);
+        let (mut samples, mut weights) = ([0; 2], [0.0; 2]);
+        range.for_each(|n| {
+            samples[sampler::half(n)] += 1;
+            weights[sampler::half(n)] += f64::from(self.settings.position(n).weight);
+        });
+        film.end_pass(samples, weights);
         for worker in workers {
             counts.add(&std::mem::take(&mut worker.counts));
         }

@@ -34,7 +34,7 @@ pub fn half(sample: u64) -> usize {
 /// What a path draws four numbers for. Each use has dimensions of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
-    /// The position inside the pixel (numbers 0 and 1).
+    /// Of a pass: the position inside the pixel (numbers 0 and 1). Of a pixel: the point on the lens.
     Pixel,
     /// Light sampling at vertex k ≥ 1: the light (0), the point on it (1, 2).
     Light(u32),

@@ -15,6 +15,13 @@ pub struct PixelSample {
 }
 
 impl PixelSample {
+    /// Multiplies all of it.
+    pub fn scale(&mut self, factor: f32) {
+        self.primal *= factor;
+        self.direct *= factor;
+        self.to.iter_mut().for_each(|to| *to *= factor);
+    }
+
     /// Whether all of it is finite, squares included.
     #[inline]
     pub fn is_finite(&self) -> bool {

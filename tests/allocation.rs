@@ -4,6 +4,7 @@ mod common;
 
 use common::{shipped, tracer};
 use gdpt::film::Film;
+use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
 use gdpt::sampler::Points;
@@ -18,6 +19,7 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
         seed: 0,
         points: Points::Sobol,
         weights: Weights::Mis,
+        filter: Filter::Box,
     };
     let tile = Tile {
         x: 0,
@@ -32,7 +34,7 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
         sums.reset((SIDE * SIDE) as usize);
         paths.render(&scene, &*tracer, &settings, tile, 0..4, &mut sums);
         film.tiles[0].add(&sums);
-        film.end_pass([2, 2]);
+        film.end_pass([2, 2], [2.0, 2.0]);
     };
     // The first time the buffers grow.
     render();

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Rng, chi_square};
+use gdpt::bsdf::plastic::Coat;
 use gdpt::bsdf::{Bsdf, Lobe, ggx};
 use gdpt::warp;
 use glam::Vec3;
@@ -48,7 +49,24 @@ fn bsdfs() -> Vec<(&'static str, Bsdf)> {
                 tint,
             },
         ),
+        ("plastic 0.1", plastic(0.1, 0.0)),
+        ("plastic 0.5", plastic(0.5, 0.0)),
+        ("plastic under a smooth coat", plastic(0.0, 0.0)),
+        ("half metal 0.3", plastic(0.3, 0.5)),
     ]
+}
+
+fn plastic(alpha: f32, metallic: f32) -> Bsdf {
+    Bsdf::Plastic {
+        albedo: Vec3::new(0.9, 0.5, 0.2),
+        coat: Coat {
+            f0: 0.04,
+            tint: Vec3::new(1.0, 0.9, 0.5),
+            metallic,
+            metal: Vec3::new(0.9, 0.6, 0.3),
+            alpha,
+        },
+    }
 }
 
 /// Directions towards the camera: steep, slanted, grazing, and from below.
@@ -105,9 +123,14 @@ fn samples_follow_the_density_and_the_density_integrates_to_one() {
             let density = integrate(|wi| bsdf.eval(wo, wi).map_or(0.0, |e| f64::from(e.pdf)));
             let mut rng = Rng(index as u64 + 77);
             let mut observed = vec![0.0; ROWS * COLUMNS];
-            let mut ended = 0.0;
+            let (mut ended, mut single) = (0.0, 0.0);
             for _ in 0..N {
                 match bsdf.sample(wo, [rng.next(), rng.next(), rng.next()]) {
+                    Some(s) if s.delta => {
+                        let e = bsdf.eval_delta(wo, s.lobe).unwrap();
+                        assert_eq!((e.value, e.pdf), (s.value, s.pdf));
+                        single += 1.0;
+                    }
                     Some(s) => {
                         let e = bsdf
                             .eval(wo, s.wi)
@@ -124,7 +147,15 @@ fn samples_follow_the_density_and_the_density_integrates_to_one() {
                     None => ended += 1.0,
                 }
             }
-            let total: f64 = density.iter().sum::<f64>() + ended / N as f64;
+            let total: f64 = density.iter().sum::<f64>() + (ended + single) / N as f64;
+            let probability = bsdf
+                .eval_delta(wo, Lobe::Reflection)
+                .map_or(0.0, |e| f64::from(e.pdf));
+            let deviation = (probability * (1.0 - probability) / N as f64).sqrt();
+            assert!(
+                (single / N as f64 - probability).abs() <= 5.0 * deviation,
+                "{what}"
+            );
             assert!(
                 (total - 1.0).abs() < 0.01,
                 "{what}: density and ended paths add to {total}"
@@ -143,7 +174,11 @@ fn sampled_values_are_those_evaluated_and_conserve_energy() {
             let (mut sampled, n) = (Vec3::ZERO, 100_000);
             for _ in 0..n {
                 if let Some(s) = bsdf.sample(wo, [rng.next(), rng.next(), rng.next()]) {
-                    let e = bsdf.eval(wo, s.wi).unwrap();
+                    let e = if s.delta {
+                        bsdf.eval_delta(wo, s.lobe).unwrap()
+                    } else {
+                        bsdf.eval(wo, s.wi).unwrap()
+                    };
                     assert!(
                         (e.value - s.value).abs().max_element() <= 1e-4 * s.value.max_element()
                     );
@@ -169,11 +204,43 @@ fn sampled_values_are_those_evaluated_and_conserve_energy() {
                 bsdf.eval(wo, wi)
                     .map_or(0.0, |e| f64::from(e.value.x * eta * eta))
             });
-            let integral: f64 = integral.iter().sum();
+            let single = bsdf
+                .eval_delta(wo, Lobe::Reflection)
+                .map_or(0.0, |e| f64::from(e.value.x));
+            let integral: f64 = integral.iter().sum::<f64>() + single;
             assert!(integral < 1.0 + 1e-3, "{name}: reflects {integral}");
             assert!(
                 (integral - f64::from(sampled.x)).abs() < 0.012,
                 "{name}: {integral} {sampled}"
+            );
+        }
+    }
+}
+
+/// What the coat of a white plastic does not reflect its Lambert part does: nothing is lost, nothing gained.
+#[test]
+fn white_plastic_reflects_everything() {
+    for alpha in [0.0, 0.01, 0.05, 0.2, 0.5, 1.0] {
+        let bsdf = Bsdf::Plastic {
+            albedo: Vec3::ONE,
+            coat: Coat {
+                f0: 0.04,
+                tint: Vec3::ONE,
+                metallic: 0.0,
+                metal: Vec3::ZERO,
+                alpha,
+            },
+        };
+        for wo in outgoing() {
+            let mut rng = Rng(8);
+            let n = 200_000;
+            let reflected: f64 = (0..n)
+                .filter_map(|_| bsdf.sample(wo, [rng.next(), rng.next(), rng.next()]))
+                .map(|s| f64::from(s.value.x / s.pdf) / f64::from(n))
+                .sum();
+            assert!(
+                (reflected - 1.0).abs() < 0.01,
+                "alpha {alpha}, {wo}: {reflected}"
             );
         }
     }

@@ -22,6 +22,7 @@ fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
             target: Some([0.0; 3]),
             up: Some([0.0, 0.0, -1.0]),
             fov: Some(fov),
+            ..Default::default()
         },
         size: (size as u32, size as u32),
         environment: Some(Vec3::ZERO.into()),

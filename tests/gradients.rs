@@ -9,10 +9,14 @@ mod common;
 use common::{Mean, Render, SCENES, differences, largest_z, shipped, tracer};
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
+use gdpt::load::sidecar::{self, CameraTable};
 use gdpt::reconstruct::{Problem, l2};
 use gdpt::render::Method;
 use gdpt::scene::Scene;
+use gdpt::scene::camera::Camera;
 use gdpt::trace::Traverse;
+use glam::Vec3;
+use std::path::Path;
 
 const SIZE: u32 = 32;
 const REGION: usize = 8;
@@ -121,7 +125,85 @@ macro_rules! scenes {
     )* };
 }
 
-scenes!(cornell, glossy, mirrors, ajar, caustic, corner, furnace);
+scenes!(
+    cornell, glossy, mirrors, ajar, caustic, corner, furnace, still
+);
+
+/// Through a lens, with the camera close to what is not in focus.
+#[test]
+fn lens() {
+    let mut scene = shipped("still", SIZE, SIZE);
+    let toml = sidecar::load(Path::new("scenes/still.obj")).unwrap();
+    let close = toml.camera_named(Some("close")).unwrap();
+    let bounds = scene.mesh.bounds;
+    scene.camera = Camera::new(&close, (SIZE, SIZE), bounds).unwrap();
+    assert!(scene.camera.lens.is_some());
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    check("lens", Weights::Mis, &scene, &*tracer, &reference);
+}
+
+/// So many lamps that a tree chooses among them, by the point that is lit: base and offset path have
+/// densities of their own for the same lamp.
+#[test]
+fn many_lamps() {
+    let mut rng = common::Rng(4);
+    let floor: &[[f32; 3]] = &[
+        [-2.0, 0.0, 2.0],
+        [2.0, 0.0, 2.0],
+        [2.0, 0.0, -2.0],
+        [-2.0, 0.0, -2.0],
+    ];
+    let board: &[[f32; 3]] = &[
+        [-0.5, 0.0, 0.2],
+        [0.6, 0.0, 0.0],
+        [0.6, 0.5, 0.0],
+        [-0.5, 0.5, 0.2],
+    ];
+    let lamps: Vec<[[f32; 3]; 3]> = (0..200)
+        .map(|_| {
+            let p = Vec3::new(
+                3.0 * rng.next() - 1.5,
+                0.1 + rng.next(),
+                3.0 * rng.next() - 1.5,
+            );
+            // Many look away from what is lit.
+            let (a, b) = (rng.unit_vector() * 0.08, rng.unit_vector() * 0.08);
+            [p, p + a, p + b].map(|c| c.to_array())
+        })
+        .collect();
+    let mut all = vec![(floor, 0), (board, 1)];
+    all.extend(
+        lamps
+            .iter()
+            .enumerate()
+            .map(|(i, l)| (l.as_slice(), 2 + i % 2)),
+    );
+    let settings = gdpt::scene::SceneSettings {
+        camera: CameraTable {
+            origin: Some([0.3, 1.5, 2.5]),
+            target: Some([0.0; 3]),
+            fov: Some(50.0),
+            ..Default::default()
+        },
+        size: (SIZE, SIZE),
+        environment: None,
+        roughness_threshold: 0.01,
+    };
+    let materials = vec![
+        common::lambert(0.7),
+        common::lambert(0.3),
+        common::light(3.0),
+        common::light(0.5),
+    ];
+    let scene = common::polygons(&all, materials, &settings);
+    assert!(scene.lights.depend_on_place());
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check("lamps", weights, &scene, &*tracer, &reference);
+    }
+}
 
 /// A lamp as wide as the floor behind a board's edge, close to both: BSDF samples find the lamp about as
 /// often as light samples do, and the edge hides it from one of two neighbouring pixels. Whatever a
@@ -154,11 +236,11 @@ fn penumbra_of_a_wide_lamp() {
     let mut all = vec![(floor, 0), (lamp, 1)];
     all.extend(boards.iter().map(|b| (b.as_slice(), 2)));
     let settings = gdpt::scene::SceneSettings {
-        camera: gdpt::load::sidecar::CameraTable {
+        camera: CameraTable {
             origin: Some([0.0, 0.45, 0.9]),
             target: Some([0.0, 0.0, 0.0]),
-            up: None,
             fov: Some(60.0),
+            ..Default::default()
         },
         size: (SIZE, SIZE),
         environment: None,

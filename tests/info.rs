@@ -16,7 +16,8 @@ fn a_scene_is_told_to_people_and_machines() {
     for word in [
         "1304 triangles",
         "glass 1.5",
-        "half-vector copies: yes",
+        "half-vector copy",
+        "by power among 2 triangles",
         "memory: 3.3 MB",
     ] {
         assert!(text.contains(word), "{text}");
@@ -33,6 +34,25 @@ fn a_scene_is_told_to_people_and_machines() {
     assert!((power / (std::f64::consts::PI * 0.25 * 38.0 / 3.0) - 1.0).abs() < 1e-6);
     let triangles = materials.iter().map(|m| m["triangles"].as_u64().unwrap());
     assert_eq!(triangles.sum::<u64>(), 1304);
+}
+
+#[test]
+fn textures_and_what_they_need_are_told() {
+    let mut command = Command::cargo_bin("gdpt").unwrap();
+    let output = command.args(["info", "scenes/still.obj"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    for word in [
+        "texture of tiles: colour, 64x64",
+        "texture of leaf: opacity, 128x128",
+        "texture of brushed: roughness",
+        "texture of bumpy: bumps",
+        "2 triangles with holes",
+        "environment a map of 128x64",
+        "environment map, textures, cut-outs",
+        "plastic",
+    ] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod common;
 use common::{Render, tracer};
 use gdpt::bsdf::Bsdf;
 use gdpt::error::Warnings;
-use gdpt::load::obj::{self, NO_NORMAL, ObjFile};
+use gdpt::load::obj::{self, NONE, ObjFile};
 use gdpt::scene::{Scene, SceneSettings};
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
@@ -75,7 +75,7 @@ fn check(name: &str, expected: &Expected) -> (ObjFile, Scene) {
 
     // A normal that went to another corner, or corners in another order, would show here.
     for (n, of_corners) in area_vectors.iter().zip(&file.normal_triangles) {
-        for &c in of_corners.iter().filter(|&&c| c != NO_NORMAL) {
+        for &c in of_corners.iter().filter(|&&c| c != NONE) {
             let given = file.normals[c as usize];
             assert!(
                 given == Vec3::ZERO || given.as_dvec3().dot(*n) > 0.0,
@@ -291,7 +291,7 @@ fn maya() {
     );
     // Only the cube has normals.
     for (material, normals) in file.material_of.iter().zip(&file.normal_triangles) {
-        assert_eq!(*material == 1, *normals != [NO_NORMAL; 3]);
+        assert_eq!(*material == 1, *normals != [NONE; 3]);
     }
     assert!(!scene.lights.is_empty());
 }
@@ -333,9 +333,6 @@ fn wavefront() {
     assert_eq!(wax.opacity, Some(0.6));
     assert_eq!(brass.kd, Some([0.5; 3]));
     // Only the floor has normals.
-    let flat = file
-        .normal_triangles
-        .iter()
-        .filter(|n| **n == [NO_NORMAL; 3]);
+    let flat = file.normal_triangles.iter().filter(|n| **n == [NONE; 3]);
     assert_eq!(flat.count(), 4 + 6);
 }

@@ -4,6 +4,7 @@ mod common;
 
 use assert_cmd::Command;
 use common::{shipped, tracer};
+use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::replay::replay;
 use gdpt::path::{PathSettings, PathTracer, Tile};
@@ -23,6 +24,7 @@ fn a_replayed_sample_has_the_bits_of_the_render() {
                 seed,
                 points: Points::Sobol,
                 weights,
+                filter: Filter::Box,
             };
             let tile = Tile {
                 x: 0,

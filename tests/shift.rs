@@ -37,6 +37,14 @@ fn metal(roughness: f32) -> MtlMaterial {
     }
 }
 
+fn plastic(roughness: f32) -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([0.5; 3]),
+        pr: Some(roughness),
+        ..Default::default()
+    }
+}
+
 fn glass(roughness: f32, index: f32) -> MtlMaterial {
     MtlMaterial {
         illum: Some(7),
@@ -46,15 +54,15 @@ fn glass(roughness: f32, index: f32) -> MtlMaterial {
     }
 }
 
-fn vertex(position: Vec3, normal: Vec3, wo: Vec3, material: u32) -> Vertex {
+fn vertex(scene: &Scene, position: Vec3, normal: Vec3, wo: Vec3, material: u32) -> Vertex {
     Vertex {
         position,
         ng: normal,
         ns: normal,
-        normal,
         wo,
         offset: 1e-6,
         material,
+        texel: scene.materials[material as usize].texel,
     }
 }
 
@@ -84,6 +92,7 @@ fn a_shared_vertex_looks_the_same_to_both_paths() {
             normal_triangles: vec![[0, 1, 2]],
             material_of: vec![0],
             materials: vec![material],
+            ..Default::default()
         };
         let scene = Scene::build(std::path::Path::new("x"), obj, &settings, &mut warnings).unwrap();
         for _ in 0..5000 {
@@ -105,7 +114,7 @@ fn a_shared_vertex_looks_the_same_to_both_paths() {
             let wi = rng.unit_vector();
             assert_eq!(x.eval_seen_from(&scene, y_wo, wi), y.eval(&scene, wi));
             assert_eq!(y.eval_seen_from(&scene, x_wo, wi), x.eval(&scene, wi));
-            differ += u32::from(x.normal != y.normal);
+            differ += u32::from(x.normal() != y.normal());
             alive += u32::from(y.eval(&scene, wi).is_some());
         }
     }
@@ -127,11 +136,17 @@ fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
         value: Vec3::ONE,
         pdf: 1.0,
     });
+    let local_wi = at.frame().to_local(wi);
+    let local_wo = at.frame().to_local(at.wo);
+    let mirrored = Vec3::new(-local_wo.x, -local_wo.y, local_wo.z);
+    let bsdf = at.bsdf(scene);
+    let single = bsdf.eval_delta(local_wo, lobe).is_some();
     Scattering {
         wi,
-        local_wi: at.frame().to_local(wi),
+        local_wi,
         eval,
         lobe,
+        delta: bsdf.is_delta() || (single && local_wi.abs_diff_eq(mirrored, 1e-4)),
     }
 }
 
@@ -180,7 +195,7 @@ fn neighbours() -> impl Strategy<Value = Neighbours> {
 
 impl Neighbours {
     /// `side` is -1 for paths that come from behind the surface.
-    fn vertices(&self, side: f32, materials: (u32, u32)) -> (Vertex, Vertex) {
+    fn vertices(&self, scene: &Scene, side: f32, materials: (u32, u32)) -> (Vertex, Vertex) {
         let n = upper(Vec3::Z, self.normal, 0.1);
         let f = Frame::new(n);
         let m = (n + f.s * self.turn.0 + f.t * self.turn.1).normalize();
@@ -188,8 +203,8 @@ impl Neighbours {
         let step = Vec3::new(self.step.0, self.step.1, self.step.2);
         let y_wo = (wo + step * 0.5).normalize();
         (
-            vertex(Vec3::ZERO, n, wo, materials.0),
-            vertex(step, m, y_wo, materials.1),
+            vertex(scene, Vec3::ZERO, n, wo, materials.0),
+            vertex(scene, step, m, y_wo, materials.1),
         )
     }
 }
@@ -254,7 +269,7 @@ proptest! {
     #[test]
     fn reconnection(n in neighbours(), next_normal in pair(), direction in pair(), distance in 0.5f32..3.0) {
         let scene = scene(vec![common::lambert(0.5)]);
-        let (x, y) = n.vertices(1.0, (0, 0));
+        let (x, y) = n.vertices(&scene, 1.0, (0, 0));
         let wi = upper(x.ng, direction, 0.1);
         let ng = upper(-wi, next_normal, 0.3);
         let next = x.position + wi * distance;
@@ -275,7 +290,7 @@ proptest! {
     #[test]
     fn same_direction_to_the_environment(n in neighbours(), direction in pair()) {
         let scene = scene(vec![common::lambert(0.5)]);
-        let (x, y) = n.vertices(1.0, (0, 0));
+        let (x, y) = n.vertices(&scene, 1.0, (0, 0));
         let wi = upper(x.ng, direction, 0.05);
         let Ok(there) = same_direction(&scene, wi, &y) else {
             return Err(TestCaseError::reject("not shiftable"));
@@ -284,12 +299,16 @@ proptest! {
         prop_assert_eq!(there.jacobian, 1.0);
     }
 
-    /// Rough metal to rough metal, and Lambert to Lambert before a specular vertex.
+    /// Rough metal to rough metal; and before a specular vertex Lambert to Lambert, and what plastic scatters
+    /// from rough coats and from below smooth ones.
     #[test]
-    fn reflection_copies(n in neighbours(), wi in pair(), pr in (0.1f32..1.0, 0.1f32..1.0), diffuse in any::<bool>()) {
-        let scene = scene(vec![metal(pr.0), metal(pr.1), common::lambert(0.5)]);
+    fn reflection_copies(n in neighbours(), wi in pair(), pr in (0.1f32..1.0, 0.1f32..1.0), which in 0usize..4) {
+        let scene = scene(vec![
+            metal(pr.0), metal(pr.1), common::lambert(0.5), plastic(pr.0.max(0.2)), plastic(0.0)
+        ]);
+        let materials = [(0, 1), (2, 2), (3, 4), (4, 2)][which];
         for side in [1.0, -1.0] {
-            let (x, y) = n.vertices(side, if diffuse { (2, 2) } else { (0, 1) });
+            let (x, y) = n.vertices(&scene, side, materials);
             let wi = upper(x.ng * side, wi, 0.1);
             if !check_copy(&scene, &x, &y, wi, Lobe::Reflection, true)? {
                 return Err(TestCaseError::reject("not shiftable"));
@@ -307,7 +326,7 @@ proptest! {
         let other = if same { index.0 } else { index.1 };
         let scene = scene(vec![glass(0.5, index.0), glass(0.6, other)]);
         let side = if inside { -1.0 } else { 1.0 };
-        let (x, y) = n.vertices(side, (0, 1));
+        let (x, y) = n.vertices(&scene, side, (0, 1));
         let h = upper(x.ng * side, facet, 0.7);
         let eta = if inside { 1.0 / index.0 } else { index.0 };
         let Some(wi) = gdpt::bsdf::fresnel::refract(x.wo, h, eta) else {
@@ -323,19 +342,21 @@ proptest! {
 
     #[test]
     fn smooth_copies(n in neighbours(), index in (1.0f32..2.2, 1.0f32..2.2), inside in any::<bool>()) {
-        let scene = scene(vec![metal(0.0), metal(0.0), glass(0.0, index.0), glass(0.0, index.1)]);
+        let scene = scene(vec![
+            metal(0.0), metal(0.0), glass(0.0, index.0), glass(0.0, index.1), plastic(0.0), plastic(0.05)
+        ]);
         let side = if inside { -1.0 } else { 1.0 };
         let mut shifted = 0;
         for (materials, lobe) in [
             ((0, 1), Lobe::Reflection), ((2, 3), Lobe::Reflection), ((2, 3), Lobe::Transmission),
-            ((0, 2), Lobe::Reflection),
+            ((0, 2), Lobe::Reflection), ((4, 5), Lobe::Reflection),
         ] {
-            let (x, y) = n.vertices(side, materials);
+            let (x, y) = n.vertices(&scene, side, materials);
             let bsdf = x.bsdf(&scene);
             let Some(_) = bsdf.eval_delta(x.frame().to_local(x.wo), lobe) else { continue };
             // The one direction of this lobe.
             let sampled = [0.0, 0.9999999].map(|u| bsdf.sample(x.frame().to_local(x.wo), [0.5, 0.5, u]));
-            let Some(s) = sampled.into_iter().flatten().find(|s| s.lobe == lobe) else { continue };
+            let Some(s) = sampled.into_iter().flatten().find(|s| s.lobe == lobe && s.delta) else { continue };
             let wi = x.frame().to_world(s.wi).normalize();
             shifted += u32::from(check_copy(&scene, &x, &y, wi, lobe, false)?);
         }
@@ -346,10 +367,10 @@ proptest! {
     #[test]
     fn lobes_that_do_not_exist_are_dead(n in neighbours(), wi in pair()) {
         let scene = scene(vec![metal(0.0), metal(0.2), glass(0.5, 1.5)]);
-        let (x, y) = n.vertices(1.0, (1, 0));
+        let (x, y) = n.vertices(&scene, 1.0, (1, 0));
         let s = scattering(&scene, &x, upper(x.ng, wi, 0.1), Lobe::Reflection);
         prop_assert!(copy_half_vector(&scene, &x, &s, &y).is_err());
-        let (x, y) = n.vertices(1.0, (2, 1));
+        let (x, y) = n.vertices(&scene, 1.0, (2, 1));
         let s = scattering(&scene, &x, upper(-x.ng, wi, 0.1), Lobe::Transmission);
         prop_assert!(copy_half_vector(&scene, &x, &s, &y).is_err());
     }

@@ -24,7 +24,7 @@ pub fn shipped_at(name: &str, width: u32, height: u32) -> Scene {
     let settings = SceneSettings {
         camera: toml.camera,
         size: (width, height),
-        environment: toml.environment.radiance.map(|r| Vec3::from(r).into()),
+        environment: gdpt::scene::EnvironmentSetting::of_table(&toml.environment),
         roughness_threshold: 0.001,
     };
     Scene::build(path, file, &settings, &mut warnings).expect("a shipped scene")
@@ -77,6 +77,7 @@ pub fn large() -> Scene {
             target: Some([0.0, 0.0, 0.0]),
             up: None,
             fov: Some(45.0),
+            ..Default::default()
         },
         size: (256, 256),
         environment: None,

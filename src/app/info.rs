@@ -9,6 +9,7 @@ use crate::output::{check_outputs, write_json};
 use crate::scene::Scene;
 use crate::scene::environment::Environment;
 use crate::scene::material::{Class, Material};
+use crate::scene::texture::Texture;
 use glam::Vec3;
 use serde::Serialize;
 use std::io::Write;
@@ -30,10 +31,13 @@ struct Info {
     camera: [f32; 3],
     environment: String,
     materials: Vec<MaterialInfo>,
-    /// Whether there are emitting triangles to be sampled.
-    light_sampling: bool,
-    /// Whether offset paths copy half vectors anywhere.
-    half_vector_copy: bool,
+    /// Emitting triangles.
+    lights: usize,
+    /// Triangles with holes.
+    cutouts: usize,
+    textures: Vec<TextureInfo>,
+    /// What of the renderer the scene needs.
+    kernels: Vec<String>,
     /// Bytes for the film and the images made of it.
     memory_picture: usize,
     /// Bytes for triangles and tree, about.
@@ -51,6 +55,15 @@ struct MaterialInfo {
     area: f64,
     /// Power of a light, the mean over the channels: π times area and radiance.
     power: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct TextureInfo {
+    material: String,
+    /// What it stands for.
+    role: &'static str,
+    width: u32,
+    height: u32,
 }
 
 /// Prints what the scene holds.
@@ -74,10 +87,12 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
         camera: scene.camera.origin.to_array(),
         environment: environment(&scene.environment),
         materials: materials(&scene),
-        light_sampling: !scene.lights.is_empty(),
-        half_vector_copy: scene.materials.iter().any(|m| m.class == Class::Specular),
+        lights: scene.lights.len(),
+        cutouts: cutouts(&scene),
+        textures: textures(&scene),
+        kernels: kernels(&scene),
         memory_picture: super::picture_bytes(scene.camera.width, scene.camera.height) as usize,
-        memory_scene: BYTES_PER_TRIANGLE * scene.mesh.triangles.len(),
+        memory_scene: BYTES_PER_TRIANGLE * scene.mesh.triangles.len() + texture_bytes(&scene),
         warnings: warnings.list().to_vec(),
     };
     let _ = write!(std::io::stdout(), "{}", text(&info));
@@ -111,6 +126,96 @@ fn materials(scene: &Scene) -> Vec<MaterialInfo> {
             }),
         })
         .collect()
+}
+
+fn cutouts(scene: &Scene) -> usize {
+    let first = scene.mesh.cutouts.as_ref().map(|c| c.first as usize);
+    first.map_or(0, |first| scene.mesh.triangles.len() - first)
+}
+
+/// Every texture with its material.
+fn all_textures(scene: &Scene) -> Vec<(&str, &'static str, &Texture)> {
+    let mut all = Vec::new();
+    for (index, material) in scene.materials.iter().enumerate() {
+        let name = material.name.as_str();
+        if let Some(textures) = &material.textures {
+            all.extend(textures.named().map(|(role, t)| (name, role, t)));
+        }
+        let opacity = scene.mesh.cutouts.as_ref();
+        let opacity = opacity.and_then(|c| c.opacity(index as u32));
+        all.extend(opacity.map(|t| (name, "opacity", t)));
+    }
+    all
+}
+
+fn textures(scene: &Scene) -> Vec<TextureInfo> {
+    let all = all_textures(scene).into_iter();
+    all.map(|(material, role, texture)| TextureInfo {
+        material: material.to_owned(),
+        role,
+        width: texture.size().0,
+        height: texture.size().1,
+    })
+    .collect()
+}
+
+/// Bytes of all pictures, each once.
+fn texture_bytes(scene: &Scene) -> usize {
+    let mut seen: Vec<&Texture> = Vec::new();
+    for (_, _, texture) in all_textures(scene) {
+        if !seen.iter().any(|other| other.shares_picture(texture)) {
+            seen.push(texture);
+        }
+    }
+    seen.iter().map(|t| t.bytes()).sum()
+}
+
+/// What of the renderer the scene needs; a scene pays for nothing else.
+fn kernels(scene: &Scene) -> Vec<String> {
+    let mut kernels: Vec<String> = Vec::new();
+    let mut need = |name: String| {
+        if !kernels.contains(&name) {
+            kernels.push(name);
+        }
+    };
+    for material in scene.materials.iter().filter(|m| m.emission.is_none()) {
+        let kind = match material.bsdf {
+            Bsdf::Lambert { .. } => "Lambert",
+            Bsdf::Mirror { .. } => "mirror",
+            Bsdf::Conductor { .. } => "metal",
+            Bsdf::Glass { .. } => "smooth glass",
+            Bsdf::RoughGlass { .. } => "rough glass",
+            Bsdf::Plastic { .. } => "plastic",
+        };
+        need(kind.to_owned());
+    }
+    need("reconnection".to_owned());
+    let copies = |m: &Material| {
+        let smooth = matches!(m.bsdf, Bsdf::Plastic { coat, .. } if coat.is_smooth());
+        m.class == Class::Specular || smooth
+    };
+    if scene.materials.iter().any(copies) {
+        need("half-vector copy".to_owned());
+    }
+    let triangles = scene.lights.len();
+    if scene.lights.depend_on_place() {
+        need(format!("light tree over {triangles} triangles"));
+    } else if triangles > 0 {
+        need(format!("light choice by power among {triangles} triangles"));
+    }
+    if scene.environment.map().is_some() {
+        need("environment map".to_owned());
+    }
+    if scene.materials.iter().any(|m| m.textures.is_some()) {
+        need("textures".to_owned());
+    }
+    if scene.mesh.cutouts.is_some() {
+        need("cut-outs".to_owned());
+    }
+    if scene.camera.lens.is_some() {
+        need("lens".to_owned());
+    }
+    kernels
 }
 
 /// Where light comes from in which there is nothing.
@@ -178,12 +283,19 @@ fn text(info: &Info) -> String {
             None => text += &format!(", {}\n", m.class),
         }
     }
-    let yes = |b: bool| if b { "yes" } else { "no" };
+    for t in &info.textures {
+        text += &format!(
+            "  texture of {}: {}, {}x{}\n",
+            t.material, t.role, t.width, t.height
+        );
+    }
+    if info.cutouts > 0 {
+        text += &format!("  {} triangles with holes\n", info.cutouts);
+    }
     text += &format!(
-        "light sampling: {}; half-vector copies: {}\n\
+        "kernels: {}\n\
          memory: {:.1} MB for the picture ({BYTES_PER_PIXEL} bytes a pixel of film), about {:.1} MB for the scene\n",
-        yes(info.light_sampling),
-        yes(info.half_vector_copy),
+        info.kernels.join(", "),
         megabytes(info.memory_picture),
         megabytes(info.memory_scene)
     );

@@ -4,19 +4,19 @@ pub mod bench;
 pub mod chart;
 pub mod compare;
 pub mod info;
+pub mod manual;
 pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
 
-use crate::cli::Reconstruct;
+use crate::cli::{EnvironmentFlag, Reconstruct};
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
-use crate::load::sidecar::CameraTable;
+use crate::load::sidecar::{CameraTable, EnvironmentTable};
 use crate::load::{obj, sidecar};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
-use crate::scene::{Scene, SceneSettings};
-use glam::Vec3;
+use crate::scene::{EnvironmentSetting, Scene, SceneSettings};
 use std::path::Path;
 
 /// How the program ended, if not with an error.
@@ -57,8 +57,10 @@ impl Format {
 /// What flags say of the scene. They win over the TOML.
 struct SceneFlags {
     camera: CameraTable,
+    /// Which of the TOML's cameras.
+    camera_name: Option<String>,
     size: Option<(u32, u32)>,
-    environment: Option<[f32; 3]>,
+    environment: Option<EnvironmentFlag>,
     roughness_threshold: f32,
 }
 
@@ -67,6 +69,7 @@ impl SceneFlags {
     fn of_size(size: Option<(u32, u32)>) -> Self {
         Self {
             camera: CameraTable::default(),
+            camera_name: None,
             size,
             environment: None,
             roughness_threshold: ROUGHNESS_THRESHOLD,
@@ -86,23 +89,31 @@ pub const ROUGHNESS_THRESHOLD: f32 = 0.01;
 fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
     let file = obj::load(path, warnings)?;
     let toml = sidecar::load(path)?;
-    let camera = CameraTable {
-        origin: flags.camera.origin.or(toml.camera.origin),
-        target: flags.camera.target.or(toml.camera.target),
-        up: flags.camera.up.or(toml.camera.up),
-        fov: flags.camera.fov.or(toml.camera.fov),
-    };
+    let camera = toml.camera_named(flags.camera_name.as_deref())?;
+    let camera = flags.camera.or(&camera);
     let size = flags.size.unwrap_or((
         toml.film.width.unwrap_or(DEFAULT_SIZE),
         toml.film.height.unwrap_or(DEFAULT_SIZE),
     ));
+    let mut environment = toml.environment;
+    match flags.environment {
+        Some(EnvironmentFlag::Radiance(radiance)) => {
+            environment = EnvironmentTable {
+                radiance: Some(radiance),
+                ..Default::default()
+            };
+        }
+        // Rotation and scale are still the TOML's.
+        Some(EnvironmentFlag::Map(map)) => {
+            environment.map = Some(map);
+            environment.read_map()?;
+        }
+        None => {}
+    }
     let settings = SceneSettings {
         camera,
         size,
-        environment: flags
-            .environment
-            .or(toml.environment.radiance)
-            .map(|r| Vec3::from(r).into()),
+        environment: EnvironmentSetting::of_table(&environment),
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)

@@ -4,6 +4,7 @@ use super::{Ended, SceneFlags, distinct, load_scene, thread_pool};
 use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
+use crate::filter::Filter;
 use crate::output::{check_outputs, colour_map, write_whole};
 use crate::path::{Counts, PathSettings};
 use crate::progress::Steps;
@@ -94,6 +95,7 @@ fn measure(
                 seed,
                 points: args.sampler,
                 weights: args.weights,
+                filter: Filter::Box,
             },
             limits: Limits {
                 samples: args.spp,

@@ -1,6 +1,7 @@
 //! Records the rays of a render, of base and offset paths at each bounce, batch by batch.
 
 use crate::film::Film;
+use crate::filter::Filter;
 use crate::gradient::Weights;
 use crate::path::PathSettings;
 use crate::render::{Job, Limits, Method, TILE_SIZE};
@@ -103,6 +104,7 @@ pub fn record(
             seed: 0,
             points: Points::Sobol,
             weights: Weights::Mis,
+            filter: Filter::Box,
         },
         limits: Limits {
             samples: 8,

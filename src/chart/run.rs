@@ -4,6 +4,7 @@ use super::{Row, Tracing, name_of};
 use crate::compare::{self, References};
 use crate::estimate::Estimate;
 use crate::film::{Film, Halves};
+use crate::filter::Filter;
 use crate::image::Image;
 use crate::path::{Counts, PathSettings};
 use crate::picture::{self, Picture};
@@ -54,6 +55,7 @@ impl Run<'_> {
             seed: self.seed,
             points: self.points,
             weights: self.tracing.weights,
+            filter: Filter::Box,
         }
     }
 

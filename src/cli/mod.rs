@@ -4,6 +4,7 @@ mod bench;
 mod chart;
 mod compare;
 mod info;
+mod manual;
 mod reconstruct;
 mod render;
 mod spectrum;
@@ -13,15 +14,22 @@ pub use bench::BenchArgs;
 pub use chart::{ChartArgs, ChartMethod};
 pub use compare::CompareArgs;
 pub use info::InfoArgs;
+pub use manual::{CompletionsArgs, ManArgs};
 pub use reconstruct::{Reconstruct, ReconstructArgs};
-pub use render::{Filter, RenderArgs};
+pub use render::RenderArgs;
 pub use spectrum::SpectrumArgs;
+pub use values::EnvironmentFlag;
 
 use clap::{Parser, Subcommand};
 
 /// A gradient-domain path tracer for OBJ scenes.
 #[derive(Debug, Parser)]
 #[command(name = "gdpt", version, about, max_term_width = 100)]
+#[command(after_help = "\
+Examples:
+  gdpt render scene.obj -o out.exr        render it
+  gdpt info scene.obj                     see what its materials became
+  gdpt help render                        all flags of a command")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -45,6 +53,10 @@ pub enum Command {
     Info(InfoArgs),
     /// Compare ray-traversal backends on the rays of a scene's own render
     Bench(BenchArgs),
+    /// Print completions for a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(ManArgs),
 }
 
 #[cfg(test)]

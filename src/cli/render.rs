@@ -1,13 +1,14 @@
 //! `gdpt render`: definitions.
 
 use super::reconstruct::Reconstruct;
-use super::values::{alpha, duration, pixel, size, vector};
+use super::values::{EnvironmentFlag, alpha, duration, environment, pixel, size, up, vector};
+use crate::filter::Filter;
 use crate::gradient::Weights;
 use crate::reconstruct::Alpha;
 use crate::render::Method;
 use crate::sampler::Points;
 use crate::trace::Backend;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -20,6 +21,8 @@ Examples:
   gdpt render scene.obj -o out.exr --error 0.001       until the estimated relMSE is that small
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
+  gdpt render scene.obj -o out.png --up z --environment sky.hdr
+  gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
   gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
   gdpt render scene.obj --pixel 12,40 --sample 7       tell how this sample comes about
 
@@ -114,6 +117,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
 
+    /// A camera of the TOML's [cameras.NAME]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+
     /// Camera position
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub origin: Option<[f32; 3]>,
@@ -122,17 +129,31 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub target: Option<[f32; 3]>,
 
-    /// Direction that is upwards in the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    /// Direction that is upwards in the picture: x, y or z, or a vector
+    #[arg(long, value_name = "AXIS", value_parser = up, allow_hyphen_values = true)]
     pub up: Option<[f32; 3]>,
 
     /// Vertical field of view in degrees
     #[arg(long, allow_hyphen_values = true)]
     pub fov: Option<f32>,
 
-    /// Constant radiance from all directions
-    #[arg(long, value_name = "R,G,B", value_parser = vector, allow_hyphen_values = true)]
-    pub environment: Option<[f32; 3]>,
+    /// Diameter of the lens; 0 has everything in focus
+    #[arg(long, allow_hyphen_values = true)]
+    pub aperture: Option<f32>,
+
+    /// Distance at which things are in focus [default: the target's]
+    #[arg(long, value_name = "DISTANCE", allow_hyphen_values = true)]
+    pub focus: Option<f32>,
+
+    /// Render this many views around the target, into a folder named as the output without its extension
+    #[arg(long, value_name = "VIEWS")]
+    #[arg(conflicts_with_all = ["preview", "stats", "checkpoint", "pixel"])]
+    pub turntable: Option<u32>,
+
+    /// Light from all directions: constant radiance R,G,B, or a picture (.exr, .hdr, ...; longitude across,
+    /// latitude down)
+    #[arg(long, value_name = "R,G,B|FILE", value_parser = environment, allow_hyphen_values = true)]
+    pub environment: Option<EnvironmentFlag>,
 
     /// Brighten PNG pictures by this many stops
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
@@ -154,11 +175,4 @@ pub struct RenderArgs {
     /// Print errors only
     #[arg(long)]
     pub quiet: bool,
-}
-
-/// Pixel filters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
-pub enum Filter {
-    /// The pixel's area.
-    Box,
 }

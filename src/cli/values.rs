@@ -1,6 +1,7 @@
 //! Values on the command line: from text, or why not.
 
 use crate::reconstruct::Alpha;
+use std::path::PathBuf;
 use std::time::Duration;
 
 pub(super) fn alpha(text: &str) -> Result<Alpha, String> {
@@ -27,6 +28,37 @@ pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
     match numbers.try_into() {
         Ok(v) if text.split(',').count() == 3 => Ok(v),
         _ => Err("needs three numbers with commas between, such as 0,1,4.2".into()),
+    }
+}
+
+/// A vector, or the name of an axis.
+pub(super) fn up(text: &str) -> Result<[f32; 3], String> {
+    match text {
+        "x" => Ok([1.0, 0.0, 0.0]),
+        "y" => Ok([0.0, 1.0, 0.0]),
+        "z" => Ok([0.0, 0.0, 1.0]),
+        "-x" => Ok([-1.0, 0.0, 0.0]),
+        "-y" => Ok([0.0, -1.0, 0.0]),
+        "-z" => Ok([0.0, 0.0, -1.0]),
+        _ => vector(text).map_err(|e| format!("needs x, y or z, or {e}")),
+    }
+}
+
+/// Light from all directions.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentFlag {
+    /// The same from everywhere.
+    Radiance([f32; 3]),
+    /// A picture.
+    Map(PathBuf),
+}
+
+/// Three numbers, or else a file.
+pub(super) fn environment(text: &str) -> Result<EnvironmentFlag, String> {
+    match vector(text) {
+        Ok(radiance) => Ok(EnvironmentFlag::Radiance(radiance)),
+        Err(e) if text.contains(',') => Err(e),
+        Err(_) => Ok(EnvironmentFlag::Map(text.into())),
     }
 }
 
@@ -80,6 +112,14 @@ mod tests {
         for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
             assert!(vector(bad).is_err(), "{bad}");
         }
+        assert_eq!(up("-z"), Ok([0.0, 0.0, -1.0]));
+        assert_eq!(up("0,1,1"), Ok([0.0, 1.0, 1.0]));
+        assert!(up("w").is_err());
+        let map = EnvironmentFlag::Map("a/sky.hdr".into());
+        assert_eq!(environment("a/sky.hdr"), Ok(map));
+        let white = EnvironmentFlag::Radiance([1.0; 3]);
+        assert_eq!(environment("1,1,1"), Ok(white));
+        assert!(environment("1,1,x").is_err());
         assert_eq!(alpha("auto"), Ok(Alpha::Auto));
         assert_eq!(alpha("0.3"), Ok(Alpha::Fixed(0.3)));
         for bad in ["-1", "nan", "inf", "x", ""] {

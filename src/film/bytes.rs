@@ -8,13 +8,16 @@ impl Film {
     /// Bytes that [`Film::write_to`] writes.
     pub fn bytes(&self) -> u64 {
         let pixels: usize = self.tiles.iter().map(|t| t.pixels.len()).sum();
-        16 + (pixels * BYTES) as u64
+        32 + (pixels * BYTES) as u64
     }
 
     /// Writes the sums of all samples. What tiles hold for their neighbours is empty between passes.
     pub fn write_to(&self, out: &mut impl Write) -> Result<()> {
         for n in self.samples {
             out.write_all(&n.to_le_bytes())?;
+        }
+        for weight in self.weights {
+            out.write_all(&weight.to_le_bytes())?;
         }
         for pixel in self.tiles.iter().flat_map(|t| &t.pixels) {
             out.write_all(&pixel.to_bytes())?;
@@ -28,6 +31,11 @@ impl Film {
             let mut bytes = [0; 8];
             input.read_exact(&mut bytes)?;
             *n = u64::from_le_bytes(bytes);
+        }
+        for weight in &mut self.weights {
+            let mut bytes = [0; 8];
+            input.read_exact(&mut bytes)?;
+            *weight = f64::from_le_bytes(bytes);
         }
         for pixel in self.tiles.iter_mut().flat_map(|t| &mut t.pixels) {
             let mut bytes = [0; BYTES];

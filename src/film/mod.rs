@@ -76,6 +76,8 @@ pub struct Film {
     pub tiles: Vec<FilmTile>,
     /// Number of samples in each half, the same for all pixels.
     pub samples: [u64; 2],
+    /// Sum of what they count by the pixel filter: their number, but for a filter that is in part negative.
+    weights: [f64; 2],
 }
 
 /// Means of what the camera rays met.
@@ -208,12 +210,13 @@ impl Film {
             tile_size,
             tiles,
             samples: [0; 2],
+            weights: [0.0; 2],
         }
     }
 
     /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `samples`
-    /// counts those of the pass in each half.
-    pub fn end_pass(&mut self, samples: [u64; 2]) {
+    /// counts those of the pass in each half, `weights` sums what they count.
+    pub fn end_pass(&mut self, samples: [u64; 2], weights: [f64; 2]) {
         let columns = self.width.div_ceil(self.tile_size) as usize;
         for index in 0..self.tiles.len() {
             let borders = std::mem::take(&mut self.tiles[index].borders);
@@ -245,6 +248,8 @@ impl Film {
         }
         self.samples[0] += samples[0];
         self.samples[1] += samples[1];
+        self.weights[0] += weights[0];
+        self.weights[1] += weights[1];
     }
 
     /// Visits every pixel with its index `y * width + x` in the image.
@@ -264,6 +269,16 @@ impl Film {
     /// Number of samples of one half or of all.
     pub fn count(&self, halves: Halves) -> u64 {
         self.samples[halves.range()].iter().sum()
+    }
+
+    /// What the samples of one half or of all count together. A few samples of a filter that is in part
+    /// negative may cancel; then it is their number, which is right in the mean.
+    fn weight(&self, halves: Halves) -> f32 {
+        let (n, weight) = (
+            self.count(halves) as f64,
+            self.weights[halves.range()].iter().sum::<f64>(),
+        );
+        (if weight > 0.5 * n { weight } else { n }) as f32
     }
 
     /// Means and variances of one half or of all samples. All 0 where there are no samples.
@@ -334,6 +349,7 @@ impl Film {
     #[inline]
     fn moments(&self, halves: Halves, pixel: &Pixel) -> HalfPixel {
         let n = self.count(halves) as f32;
+        let weight = self.weight(halves);
         // Of a mean over n samples; one sample alone says nothing.
         let variance = |sum_sq: Vec3, mean_sq: Vec3| {
             if n > 1.0 {
@@ -351,7 +367,7 @@ impl Film {
             sum.dx_sq += half.dx_sq;
             sum.dy_sq += half.dy_sq;
         }
-        let (primal, dx, dy) = (sum.primal / n, sum.dx / n, sum.dy / n);
+        let (primal, dx, dy) = (sum.primal / weight, sum.dx / weight, sum.dy / weight);
         // A difference has two parts, of which the squares are summed one by one. Their covariance is
         // left out: they share the position inside the pixel, so the true variance is up to twice this,
         // or less where both shifts are dead. With means a and b, (a + b)²/2 is at most what is to be
@@ -371,10 +387,11 @@ impl Film {
     /// over one half or over all samples.
     pub fn direct(&self, halves: Halves) -> Image {
         let mut image = self.image();
-        let n = self.count(halves).max(1) as f32;
+        let weight = self.weight(halves);
+        let weight = if weight > 0.0 { weight } else { 1.0 };
         self.for_each(|index, pixel| {
             let sum: Vec3 = pixel.halves[halves.range()].iter().map(|h| h.direct).sum();
-            image.set(index, sum / n);
+            image.set(index, sum / weight);
         });
         image
     }

@@ -208,28 +208,39 @@ impl<const N: usize> Bounce<N> {
                 let by_light = rough
                     .then(|| solid_angle_per_area(x.position, light.position, light.ng))
                     .flatten()
-                    .map_or(0.0, |(_, g)| {
-                        scene.lights.density(light.triangle) / (g * self.pdf)
+                    .map_or(ByLight::Never, |(_, g)| ByLight::Triangle {
+                        triangle: light.triangle,
+                        scale: 1.0 / (g * self.pdf),
                     });
                 (light.radiance, by_light)
             }
             _ => {
                 let direction = self.scattering.wi;
                 let by_light = match scene.environment.map() {
-                    Some(map) if rough => scene.lights.sky() * map.density(direction) / self.pdf,
+                    Some(map) if rough => {
+                        let density = scene.lights.sky() * map.density(direction);
+                        ByLight::Sky(density / self.pdf)
+                    }
                     // A constant environment is not sampled as a light.
-                    _ => 0.0,
+                    _ => ByLight::Never,
                 };
                 (scene.sky(direction), by_light)
             }
         };
+        let at_base = by_light.density(scene, x.position);
         let base = Base {
             value: self.throughput(path) * radiance,
-            densities: 1.0 + by_light,
+            densities: 1.0 + at_base,
         };
         let shifts = std::array::from_fn(|j| {
             let follower = &self.followers[j];
-            let light_density = follower.ratio * by_light;
+            let light_density = follower.ratio
+                * match &path.offsets[j] {
+                    Offset::Free { vertex, .. } if scene.lights.depend_on_place() => {
+                        by_light.density(scene, vertex.position)
+                    }
+                    _ => at_base,
+                };
             let reached = |carried: Carried, radiance: Vec3| Shift {
                 value: carried.throughput * radiance,
                 densities: carried.ratio + light_density,
@@ -267,6 +278,29 @@ impl<const N: usize> Bounce<N> {
             }
         });
         (base, shifts)
+    }
+}
+
+/// How light sampling would have made a path that BSDF sampling made.
+#[derive(Clone, Copy, Debug)]
+enum ByLight {
+    /// Not at all.
+    Never,
+    /// By a point on this triangle; `scale` makes its density per area one over that of BSDF sampling.
+    Triangle { triangle: u32, scale: f32 },
+    /// By a direction to the environment: the density over that of BSDF sampling.
+    Sky(f32),
+}
+
+impl ByLight {
+    /// Density of light sampling at a vertex, over that of BSDF sampling at the base path's.
+    #[inline]
+    fn density(&self, scene: &Scene, from: Vec3) -> f32 {
+        match *self {
+            ByLight::Never => 0.0,
+            ByLight::Triangle { triangle, scale } => scene.lights.density(triangle, from) * scale,
+            ByLight::Sky(density) => density,
+        }
     }
 }
 

@@ -74,7 +74,7 @@ impl<const N: usize> Wavefront<N> {
         sampler::draw_all(samplers, Dimension::Light(k), &mut self.numbers);
         for (path, &[u0, u1, u2, _]) in self.paths.iter().zip(&self.numbers) {
             if path.vertex.class(scene) == Class::Rough {
-                let light = scene.sample_light([u0, u1, u2]);
+                let light = scene.sample_light(path.vertex.position, [u0, u1, u2]);
                 let connected =
                     light.and_then(|light| connect(scene, path, &light, k, &mut self.shadow));
                 self.light_paths.extend(connected);
@@ -139,7 +139,7 @@ fn connect<const N: usize>(
             // What is not finite is dead.
             (value.is_finite() && by_bsdf.is_finite()).then(|| Connection {
                 value,
-                by_light: carried.ratio,
+                by_light: carried.ratio * relative_density(scene, light, vertex),
                 by_bsdf,
                 ray: rays.push(&seen.ray(vertex, light)),
             })
@@ -169,6 +169,17 @@ impl Seen {
             LightSample::Surface(point) => from.ray_to(point.position, point.ng, point.offset),
             LightSample::Sky(_) => from.ray(self.wi),
         }
+    }
+}
+
+/// The density with which light sampling at an offset vertex has the sample, over that at the base vertex.
+#[inline]
+fn relative_density(scene: &Scene, light: &LightSample, offset: &Vertex) -> f32 {
+    match light {
+        LightSample::Surface(point) if scene.lights.depend_on_place() => {
+            scene.lights.density(point.triangle, offset.position) / point.density
+        }
+        _ => 1.0,
     }
 }
 

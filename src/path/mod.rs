@@ -9,8 +9,9 @@ mod light;
 mod primary;
 pub mod replay;
 
+use crate::filter::{Filter, Position};
 use crate::gradient::{Base, Shift, Weights};
-use crate::sampler::{self, Points, Sampler};
+use crate::sampler::{self, Dimension, Points, Sampler};
 use crate::scene::Scene;
 use crate::shift::{Death, Offset};
 use crate::sums::{PixelSample, TileSums};
@@ -32,6 +33,16 @@ pub struct PathSettings {
     pub points: Points,
     /// Weights of the differences.
     pub weights: Weights,
+    /// Pixel filter.
+    pub filter: Filter,
+}
+
+impl PathSettings {
+    /// Where the camera rays of a sample go through each pixel.
+    pub fn position(&self, sample: u64) -> Position {
+        let [u, v, ..] = Sampler::for_pass(self.points, self.seed, sample).draw(Dimension::Pixel);
+        self.filter.position([u, v])
+    }
 }
 
 /// Russian roulette starts at this vertex. It depends on the material alone, so its probabilities are
@@ -153,7 +164,10 @@ struct Share<const N: usize> {
 #[derive(Default)]
 struct Wavefront<const N: usize> {
     paths: Vec<BasePath<N>>,
-    /// Primary hits of the tile and, with offset paths, of a border of one pixel.
+    /// Which of the camera rays pass through the film.
+    there: Vec<bool>,
+    /// Primary hits of the tile and, with offset paths, of a border of one pixel; with a lens, of each
+    /// pixel and its neighbours.
     ends: Vec<Option<End>>,
     /// Random numbers for one step of each path.
     numbers: Vec<[f32; 4]>,
@@ -211,7 +225,8 @@ impl<const N: usize> PathTracer<N> {
             }
             self.front.paths.clear();
             self.collect();
-            self.front.finish_sample(tile, sample, sums);
+            let weight = settings.position(sample).weight;
+            self.front.finish_sample(tile, sample, weight, sums);
         }
         let mut counts = std::mem::take(&mut self.front.counts);
         counts.add(&std::mem::take(&mut self.suffixes.counts));
@@ -295,9 +310,12 @@ impl<const N: usize> Wavefront<N> {
     }
 
     /// Adds the sample of each pixel to its sums; what is not finite is dropped whole.
-    fn finish_sample(&mut self, tile: Tile, sample: u64, sums: &mut TileSums) {
+    fn finish_sample(&mut self, tile: Tile, sample: u64, weight: f32, sums: &mut TileSums) {
         let half = sampler::half(sample);
-        for (index, value) in self.samples.iter().enumerate() {
+        for (index, value) in self.samples.iter_mut().enumerate() {
+            if weight != 1.0 {
+                value.scale(weight);
+            }
             if value.is_finite() {
                 sums.pixels[index].halves[half].add(value);
             } else {

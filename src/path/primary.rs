@@ -25,30 +25,54 @@ impl<const N: usize> Wavefront<N> {
         let PathSettings { points, seed, .. } = *context.settings;
         // All pixels have the same position inside the pixel, so that the offset path's camera ray is
         // the neighbour's.
-        let [dx, dy, ..] = Sampler::for_pass(points, seed, sample).draw(Dimension::Pixel);
+        let position = context.settings.position(sample);
         let border = if N == 0 { 0 } else { 1 };
         let columns = tile.width as i32 + 2 * border;
-        let rows = tile.height as i32 + 2 * border;
+        let own_sampler = |x, y| Sampler::for_pixel(points, seed, x, y, sample);
 
-        // Camera rays of the tile and its border; outside of the film there is nothing to compare with.
-        let on_film = |column: i32, row: i32| {
-            let (x, y) = (
-                tile.x as i32 + column - border,
-                tile.y as i32 + row - border,
-            );
-            let inside = x >= 0 && y >= 0 && x < camera.width as i32 && y < camera.height as i32;
-            inside.then_some((x, y))
-        };
+        // Camera rays; outside of the film there is nothing to compare with.
         self.primary.clear();
-        for row in 0..rows {
-            for column in 0..columns {
-                if let Some((x, y)) = on_film(column, row) {
-                    let direction = camera.direction(x as f32 + dx, y as f32 + dy);
-                    self.primary.push(&Ray {
-                        origin: camera.origin,
-                        direction,
-                        length: f32::INFINITY,
-                    });
+        self.ends.clear();
+        let on_film = |x: i32, y: i32| {
+            x >= 0 && y >= 0 && x < camera.width as i32 && y < camera.height as i32
+        };
+        let (rays, rows) = (&mut self.primary, tile.height as i32 + 2 * border);
+        // Whether there is a ray, in the order of `self.ends`.
+        let there = &mut self.there;
+        there.clear();
+        match &camera.lens {
+            None => {
+                for row in 0..rows {
+                    for column in 0..columns {
+                        let (x, y) = (
+                            tile.x as i32 + column - border,
+                            tile.y as i32 + row - border,
+                        );
+                        there.push(on_film(x, y));
+                        if on_film(x, y) {
+                            let (x, y) = (x as f32 + position.x, y as f32 + position.y);
+                            let direction = camera.direction(x, y);
+                            rays.push(&ray(camera.origin, direction));
+                        }
+                    }
+                }
+            }
+            // A point of the lens for each pixel, which its offset paths share.
+            Some(lens) => {
+                for y in tile.y..tile.y + tile.height {
+                    for x in tile.x..tile.x + tile.width {
+                        let [u, v, ..] = own_sampler(x, y).draw(Dimension::Pixel);
+                        let steps = Neighbour::ALL.iter().map(|n| n.step()).take(N);
+                        for (sx, sy) in std::iter::once((0, 0)).chain(steps) {
+                            let (x, y) = (x as i32 + sx, y as i32 + sy);
+                            there.push(on_film(x, y));
+                            if on_film(x, y) {
+                                let (x, y) = (x as f32 + position.x, y as f32 + position.y);
+                                let (origin, direction) = camera.through_lens(lens, x, y, [u, v]);
+                                rays.push(&ray(origin, direction));
+                            }
+                        }
+                    }
                 }
             }
         }
@@ -60,26 +84,40 @@ impl<const N: usize> Wavefront<N> {
         );
 
         // What they met.
-        self.ends.clear();
         let mut index = 0;
-        for row in 0..rows {
-            for column in 0..columns {
-                let end = on_film(column, row).map(|_| {
-                    let direction = self.primary.ray(index).direction;
-                    let end = End::new(scene, self.primary.hit(index), direction);
-                    index += 1;
-                    end
-                });
-                self.ends.push(end);
-            }
+        for &there in &self.there {
+            let end = there.then(|| {
+                let direction = self.primary.ray(index).direction;
+                let end = End::new(scene, self.primary.hit(index), direction);
+                index += 1;
+                end
+            });
+            self.ends.push(end);
         }
+        // Where the rays of a pixel and of its offset paths are.
+        let has_lens = camera.lens.is_some();
+        let place = |x: u32, y: u32| {
+            if has_lens {
+                ((y * tile.width + x) * (N as u32 + 1)) as i32
+            } else {
+                (y as i32 + border) * columns + x as i32 + border
+            }
+        };
+        let neighbour = |at: i32, j: usize| {
+            let (sx, sy) = Neighbour::ALL[j].step();
+            if has_lens {
+                at + 1 + j as i32
+            } else {
+                at + sy * columns + sx
+            }
+        };
 
         // Buffers, light seen directly, and the base paths.
         self.paths.clear();
         for y in 0..tile.height {
             for x in 0..tile.width {
                 let pixel = y * tile.width + x;
-                let at = (y as i32 + border) * columns + x as i32 + border;
+                let at = place(x, y);
                 let Some(end) = &self.ends[at as usize] else {
                     continue;
                 };
@@ -98,8 +136,7 @@ impl<const N: usize> Wavefront<N> {
                         let normal = facing_normal(vertex);
                         sum.first_hit(albedo, normal, camera.origin.distance(vertex.position));
                         let offsets: [Offset; N] = std::array::from_fn(|j| {
-                            let (sx, sy) = Neighbour::ALL[j].step();
-                            match &self.ends[(at + sy * columns + sx) as usize] {
+                            match &self.ends[neighbour(at, j) as usize] {
                                 Some(other) => {
                                     or_dead(shift::primary(scene, vertex, other), &mut self.counts)
                                 }
@@ -109,13 +146,7 @@ impl<const N: usize> Wavefront<N> {
                         });
                         self.paths.push(BasePath {
                             pixel,
-                            sampler: Sampler::for_pixel(
-                                points,
-                                seed,
-                                tile.x + x,
-                                tile.y + y,
-                                sample,
-                            ),
+                            sampler: own_sampler(tile.x + x, tile.y + y),
                             vertex: *vertex,
                             throughput: Vec3::ONE,
                             offsets,
@@ -124,6 +155,15 @@ impl<const N: usize> Wavefront<N> {
                 }
             }
         }
+    }
+}
+
+/// A camera ray.
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray {
+        origin,
+        direction,
+        length: f32::INFINITY,
     }
 }
 

@@ -121,8 +121,9 @@ impl Log {
 
     fn primary<const N: usize>(&mut self, front: &Wavefront<N>, context: Context) {
         let scene = context.scene;
-        // The pixel itself, in the middle of its border.
-        let own = if N == 0 { 0 } else { 4 };
+        // The pixel itself: in the middle of its border, or first.
+        let alone = N == 0 || context.scene.camera.lens.is_some();
+        let own = if alone { 0 } else { 4 };
         if let Some(Some(met)) = front.ends.get(own) {
             self.say(0, format!("x1: the camera sees {}", end(scene, met)));
         }

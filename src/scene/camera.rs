@@ -1,25 +1,59 @@
-//! The pinhole camera.
+//! The camera: a pinhole, or a thin lens.
 
 use crate::error::{Error, Result};
 use crate::load::sidecar::CameraTable;
-use glam::Vec3;
+use crate::warp;
+use glam::{Quat, Vec3};
 
-/// A pinhole camera and the size of its film.
+/// A camera and the size of its film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Pixels across.
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Position of the pinhole.
+    /// Position of the pinhole, or of the middle of the lens.
     pub origin: Vec3,
+    /// The lens, if it is not a pinhole.
+    pub lens: Option<Lens>,
+    /// The point in the middle of the picture.
+    target: Vec3,
+    /// Upwards, unit.
+    up: Vec3,
     /// Direction to the upper left corner of the film, at unit distance along the view.
     corner: Vec3,
     /// Step of one pixel to the right and one down.
     step: (Vec3, Vec3),
 }
 
+/// A thin lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    radius: f32,
+    /// Distance along the view of the plane in focus.
+    focus: f32,
+}
+
 const DEFAULT_FOV: f32 = 40.0;
+
+/// Whether an upward direction is along z rather than y.
+pub(super) fn is_z_up(up: Option<[f32; 3]>) -> bool {
+    up.is_some_and(|[x, y, z]| z.abs() > x.abs().max(y.abs()))
+}
+
+/// From where a scene is seen of which nothing is known: from the front, a little from the right and from
+/// above. With z upwards the front is towards -y, as in modelling programs.
+fn default_side(up: Vec3) -> Vec3 {
+    let (right, above, front) = (0.35, 0.25, 1.0);
+    let largest = up.abs().max_element();
+    if up.abs().z == largest {
+        Vec3::new(right, -front, above * up.z.signum())
+    } else if up.abs().y == largest {
+        Vec3::new(right, above * up.y.signum(), front)
+    } else {
+        Vec3::new(above * up.x.signum(), -right, front)
+    }
+}
 
 impl Camera {
     /// The camera of `table`; what it leaves open is framed so that `bounds` fill the picture, seen
@@ -45,7 +79,7 @@ impl Camera {
         let origin = table.origin.map_or_else(
             || {
                 let narrow = (tan * aspect.min(1.0)).atan();
-                target + Vec3::new(0.35, 0.25, 1.0).normalize() * (radius / narrow.sin())
+                target + default_side(up).normalize() * (radius / narrow.sin())
             },
             Vec3::from,
         );
@@ -61,10 +95,25 @@ impl Camera {
         let down = forward.cross(right);
         let size = 2.0 * tan / height as f32;
         let corner = forward - right * (tan * aspect) - down * tan;
+        let aperture = table.aperture.unwrap_or(0.0);
+        let focus = table
+            .focus
+            .unwrap_or_else(|| (target - origin).dot(forward));
+        if !(aperture.is_finite() && aperture >= 0.0 && focus.is_finite() && focus > 0.0) {
+            return fail(format!(
+                "the aperture {aperture} must be finite and not negative, the focus {focus} above 0"
+            ));
+        }
         Ok(Self {
             width,
             height,
             origin,
+            lens: (aperture > 0.0).then_some(Lens {
+                radius: 0.5 * aperture,
+                focus,
+            }),
+            target,
+            up: up.normalize(),
             corner,
             step: (right * size, down * size),
         })
@@ -75,6 +124,29 @@ impl Camera {
     #[inline]
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
         (self.corner + self.step.0 * x + self.step.1 * y).normalize()
+    }
+
+    /// The ray's origin and unit direction through the film at (`x`, `y`) and through the point of the
+    /// lens that belongs to `u` in [0, 1)².
+    pub fn through_lens(&self, lens: &Lens, x: f32, y: f32, u: [f32; 2]) -> (Vec3, Vec3) {
+        let p = warp::disk(u) * lens.radius;
+        let (right, down) = (self.step.0.normalize(), self.step.1.normalize());
+        let at = right * p.x + down * p.y;
+        // The corner is at unit distance along the view.
+        let in_focus = (self.corner + self.step.0 * x + self.step.1 * y) * lens.focus;
+        (self.origin + at, (in_focus - at).normalize())
+    }
+
+    /// The camera turned about the vertical axis through its target by `angle`, counter-clockwise seen
+    /// from above.
+    pub fn turned(&self, angle: f32) -> Self {
+        let turn = Quat::from_axis_angle(self.up, angle);
+        Self {
+            origin: self.target + turn * (self.origin - self.target),
+            corner: turn * self.corner,
+            step: (turn * self.step.0, turn * self.step.1),
+            ..self.clone()
+        }
     }
 }
 
@@ -87,8 +159,8 @@ mod tests {
         let table = CameraTable {
             origin: Some([0.0, 1.0, 4.0]),
             target: Some([0.0, 1.0, 0.0]),
-            up: None,
             fov: Some(90.0),
+            ..Default::default()
         };
         let c = Camera::new(&table, (200, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
         let close = |d: Vec3, want: Vec3| assert!((d - want.normalize()).length() < 1e-6, "{d}");
@@ -125,6 +197,53 @@ mod tests {
     }
 
     #[test]
+    fn rays_through_the_lens_meet_in_the_plane_of_focus() {
+        let table = CameraTable {
+            origin: Some([0.0, 1.0, 4.0]),
+            target: Some([0.0, 1.0, 0.0]),
+            fov: Some(60.0),
+            aperture: Some(0.5),
+            focus: Some(3.0),
+            ..Default::default()
+        };
+        let c = Camera::new(&table, (200, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
+        let sharp = |u| {
+            let (origin, direction) = c.through_lens(&c.lens.unwrap(), 37.0, 81.0, u);
+            assert!((origin - c.origin).length() <= 0.2501);
+            origin + direction * ((1.0 - origin.z) / direction.z)
+        };
+        let middle = c.origin + c.direction(37.0, 81.0) * (-3.0 / c.direction(37.0, 81.0).z);
+        for u in [[0.0, 0.0], [0.9, 0.3], [0.2, 0.99]] {
+            assert!((sharp(u) - middle).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_turned_camera_sees_its_target_from_another_side() {
+        let table = CameraTable {
+            origin: Some([0.0, 1.0, 4.0]),
+            target: Some([0.0, 1.0, 1.0]),
+            ..Default::default()
+        };
+        let c = Camera::new(&table, (100, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
+        let quarter = c.turned(std::f32::consts::FRAC_PI_2);
+        assert!((quarter.origin - Vec3::new(3.0, 1.0, 1.0)).length() < 1e-5);
+        assert!((quarter.direction(50.0, 50.0) - Vec3::NEG_X).length() < 1e-5);
+        assert!((quarter.direction(50.0, 0.0).y - c.direction(50.0, 0.0).y).abs() < 1e-5);
+    }
+
+    #[test]
+    fn scenes_with_z_upwards_stand_upright() {
+        let table = CameraTable {
+            up: Some([0.0, 0.0, 1.0]),
+            ..Default::default()
+        };
+        let c = Camera::new(&table, (100, 100), (-Vec3::ONE, Vec3::ONE)).unwrap();
+        assert!(c.origin.z > 0.0 && c.origin.y < -1.0);
+        assert!(c.direction(50.0, 0.0).z > c.direction(50.0, 100.0).z);
+    }
+
+    #[test]
     fn impossible_cameras_are_refused() {
         let bounds = (Vec3::ZERO, Vec3::ONE);
         let same = CameraTable {
@@ -141,7 +260,12 @@ mod tests {
             fov: Some(180.0),
             ..Default::default()
         };
-        for table in [same, along, wide] {
+        let no_focus = CameraTable {
+            aperture: Some(1.0),
+            focus: Some(0.0),
+            ..Default::default()
+        };
+        for table in [same, along, wide, no_focus] {
             assert!(Camera::new(&table, (10, 10), bounds).is_err());
         }
     }

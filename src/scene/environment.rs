@@ -23,7 +23,7 @@ pub struct EnvironmentMap {
     texture: Texture,
     /// Factor on the picture's values.
     scale: f32,
-    /// Turns about the vertical axis, in turns.
+    /// Turns about the vertical axis, counter-clockwise seen from above.
     rotation: f32,
     /// Whether z is upwards in place of y.
     z_up: bool,
@@ -125,7 +125,7 @@ impl EnvironmentMap {
     #[inline]
     fn place(&self, d: Vec3) -> Vec2 {
         let (x, up, z) = self.axes(d);
-        let across = x.atan2(-z) / TAU - self.rotation;
+        let across = x.atan2(-z) / TAU + self.rotation;
         Vec2::new(across - across.floor(), up.clamp(-1.0, 1.0).acos() / PI)
     }
 
@@ -186,7 +186,7 @@ impl EnvironmentMap {
         let radius = (1.0 - up * up).max(0.0).sqrt() as f32;
         let down = up.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
         let up = up as f32;
-        let (sin, cos) = (TAU * (across + self.rotation)).sin_cos();
+        let (sin, cos) = (TAU * (across - self.rotation)).sin_cos();
         let (east, south) = (radius * sin, -radius * cos);
         let direction = if self.z_up {
             Vec3::new(east, -south, up)

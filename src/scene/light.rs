@@ -3,6 +3,7 @@
 use super::Scene;
 use super::alias::Alias;
 use super::environment::SkySample;
+use super::light_tree::{Emitter, LightTree};
 use super::material::Material;
 use super::mesh::Mesh;
 use crate::warp;
@@ -13,10 +14,28 @@ use glam::Vec3;
 pub struct Lights {
     /// In the order of their triangles.
     triangles: Vec<LightTriangle>,
-    choice: Alias,
+    choice: Choice,
     /// Probability of sampling the environment's map in place of a triangle; 0 where there is none.
     sky: f32,
 }
+
+/// How one of the triangles is chosen.
+#[derive(Debug)]
+enum Choice {
+    /// By power.
+    Power(Alias),
+    /// By what it may give to the point that is lit.
+    Tree(LightTree),
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        Choice::Power(Alias::default())
+    }
+}
+
+/// From this many emitting triangles on a tree chooses among them.
+const TREE_FROM: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
 struct LightTriangle {
@@ -24,7 +43,7 @@ struct LightTriangle {
     ng: Vec3,
     /// Where it is not textured.
     radiance: Vec3,
-    /// Density of sampled points per area, over all lights.
+    /// Density of sampled points per area, over all lights; with a tree, once the triangle is chosen.
     density: f32,
     offset: f32,
     triangle: u32,
@@ -49,7 +68,9 @@ pub struct SurfaceSample {
     pub ng: Vec3,
     /// Radiance emitted to that side.
     pub radiance: Vec3,
-    /// Density per area, over all lights.
+    /// The triangle.
+    pub triangle: u32,
+    /// Density per area, over all lights, for the point that is lit.
     pub density: f32,
     /// Distance by which rays end before the surface.
     pub offset: f32,
@@ -97,12 +118,27 @@ impl Lights {
             };
         }
         let sky = if has_map { SKY_AMONG_LIGHTS } else { 0.0 };
-        for light in &mut triangles {
-            light.density = (f64::from(light.density) / total * f64::from(1.0 - sky)) as f32;
-        }
+        let choice = if triangles.len() < TREE_FROM {
+            for light in &mut triangles {
+                light.density = (f64::from(light.density) / total * f64::from(1.0 - sky)) as f32;
+            }
+            Choice::Power(Alias::new(&powers))
+        } else {
+            for light in &mut triangles {
+                light.density = (1.0 - sky) / mesh.area(light.triangle);
+            }
+            let emitters: Vec<Emitter> = std::iter::zip(&triangles, &powers)
+                .map(|(light, &power)| Emitter {
+                    bounds: light.bounds(),
+                    normal: light.ng,
+                    power,
+                })
+                .collect();
+            Choice::Tree(LightTree::new(&emitters))
+        };
         Self {
             triangles,
-            choice: Alias::new(&powers),
+            choice,
             sky,
         }
     }
@@ -118,16 +154,26 @@ impl Lights {
         self.triangles.len()
     }
 
-    /// Density per area with which a point on this triangle is sampled; 0 where it does not emit.
+    /// Density per area with which a point on this triangle is sampled for the point `from`; 0 where it
+    /// does not emit.
     #[inline]
-    pub fn density(&self, triangle: u32) -> f32 {
-        match self
+    pub fn density(&self, triangle: u32, from: Vec3) -> f32 {
+        let found = self
             .triangles
-            .binary_search_by_key(&triangle, |t| t.triangle)
-        {
-            Ok(light) => self.triangles[light].density,
-            Err(_) => 0.0,
+            .binary_search_by_key(&triangle, |t| t.triangle);
+        match (found, &self.choice) {
+            (Err(_), _) => 0.0,
+            (Ok(light), Choice::Power(_)) => self.triangles[light].density,
+            (Ok(light), Choice::Tree(tree)) => {
+                self.triangles[light].density * tree.probability(light, from)
+            }
         }
+    }
+
+    /// Whether the density depends on the point that is lit: whether a tree chooses.
+    #[inline]
+    pub fn depend_on_place(&self) -> bool {
+        matches!(self.choice, Choice::Tree(_))
     }
 
     /// Probability of sampling the environment's map.
@@ -138,20 +184,23 @@ impl Lights {
 }
 
 impl Scene {
-    /// Draws a point on a light, or a direction to the environment, with `u` in [0, 1)³: the light (0) and
-    /// the point on it (1, 2). There must be a light. `None` where no light comes from there.
+    /// Draws a point on a light that may light `from`, or a direction to the environment, with `u` in
+    /// [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. `None` where no light comes from there.
     #[inline]
-    pub fn sample_light(&self, u: [f32; 3]) -> Option<LightSample> {
+    pub fn sample_light(&self, from: Vec3, u: [f32; 3]) -> Option<LightSample> {
         let lights = &self.lights;
-        if lights.sky > 0.0 {
-            return self.sample_with_sky(u);
+        match &lights.choice {
+            // The probability is inside the density.
+            Choice::Power(table) if lights.sky == 0.0 => {
+                self.sample_triangle(table.choose(u[0]), 1.0, u)
+            }
+            _ => self.sample_among_many(from, u),
         }
-        self.sample_triangle(u)
     }
 
     #[inline(always)]
-    fn sample_triangle(&self, u: [f32; 3]) -> Option<LightSample> {
-        let light = &self.lights.triangles[self.lights.choice.choose(u[0])];
+    fn sample_triangle(&self, light: usize, probability: f32, u: [f32; 3]) -> Option<LightSample> {
+        let light = &self.lights.triangles[light];
         let (b, c) = warp::triangle([u[1], u[2]]);
         let radiance = if light.textured {
             self.textured_radiance(light, b, c)?
@@ -163,15 +212,16 @@ impl Scene {
             position: p0 * (1.0 - b - c) + p1 * b + p2 * c,
             ng: light.ng,
             radiance,
-            density: light.density,
+            triangle: light.triangle,
+            density: light.density * probability,
             offset: light.offset,
         }))
     }
 
-    // Not inlined, as below: scenes without maps shall not have it in their loops.
+    // Not inlined, as below: scenes with a few lamps shall not have it in their loops.
     #[cold]
     #[inline(never)]
-    fn sample_with_sky(&self, mut u: [f32; 3]) -> Option<LightSample> {
+    fn sample_among_many(&self, from: Vec3, mut u: [f32; 3]) -> Option<LightSample> {
         let sky = self.lights.sky;
         if u[0] < sky {
             let mut sample = self.environment.map()?.sample([u[1], u[2]])?;
@@ -179,7 +229,11 @@ impl Scene {
             return Some(LightSample::Sky(sample));
         }
         u[0] = (u[0] - sky) / (1.0 - sky);
-        self.sample_triangle(u)
+        let (light, probability) = match &self.lights.choice {
+            Choice::Power(table) => (table.choose(u[0]), 1.0),
+            Choice::Tree(tree) => tree.choose(from, u[0])?,
+        };
+        self.sample_triangle(light, probability, u)
     }
 
     #[cold]
@@ -189,6 +243,13 @@ impl Scene {
         let material = &self.materials[material as usize];
         let radiance = material.radiance(&self.mesh, light.triangle, b, c);
         (radiance != Vec3::ZERO && !self.mesh.is_open(light.triangle, b, c)).then_some(radiance)
+    }
+}
+
+impl LightTriangle {
+    fn bounds(&self) -> (Vec3, Vec3) {
+        let [a, b, c] = self.corners;
+        (a.min(b).min(c), a.max(b).max(c))
     }
 }
 

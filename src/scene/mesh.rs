@@ -39,6 +39,13 @@ pub struct Cutouts {
     opacity: Vec<Option<Texture>>,
 }
 
+impl Cutouts {
+    /// The opacity of a material.
+    pub fn opacity(&self, material: u32) -> Option<&Texture> {
+        self.opacity[material as usize].as_ref()
+    }
+}
+
 /// A point on a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
@@ -172,8 +179,8 @@ impl Mesh {
         match &self.cutouts {
             Some(cutouts) if triangle >= cutouts.first => {
                 let material = self.material_of[triangle as usize];
-                cutouts.opacity[material as usize]
-                    .as_ref()
+                cutouts
+                    .opacity(material)
                     .is_some_and(|opacity| opacity.value(self.texcoord(triangle, u, v)) < 0.5)
             }
             _ => false,

@@ -4,6 +4,7 @@ mod alias;
 pub mod camera;
 pub mod environment;
 pub mod light;
+mod light_tree;
 pub mod material;
 pub mod mesh;
 pub mod texture;
@@ -12,7 +13,7 @@ pub mod textured;
 use crate::error::{Error, Result, Warnings};
 use crate::load::bitmap::Bitmap;
 use crate::load::obj::ObjFile;
-use crate::load::sidecar::CameraTable;
+use crate::load::sidecar::{CameraTable, EnvironmentTable};
 use crate::load::{MAX_PIXELS, MAX_SIDE};
 use camera::Camera;
 use environment::{Environment, EnvironmentMap};
@@ -35,7 +36,7 @@ pub struct Scene {
     pub lights: Lights,
     /// Radiance that arrives from every direction in which there is nothing.
     pub environment: Environment,
-    /// The pinhole camera.
+    /// The camera.
     pub camera: Camera,
 }
 
@@ -66,6 +67,20 @@ pub enum EnvironmentSetting {
         /// Degrees by which it is turned about the vertical axis.
         rotation: f32,
     },
+}
+
+impl EnvironmentSetting {
+    /// What a table asks for; `None` where it is empty.
+    pub fn of_table(table: &EnvironmentTable) -> Option<Self> {
+        match (&table.bitmap, table.radiance) {
+            (Some(bitmap), _) => Some(EnvironmentSetting::Map {
+                bitmap: bitmap.clone(),
+                scale: table.scale.unwrap_or(1.0),
+                rotation: table.rotation.unwrap_or(0.0),
+            }),
+            (None, radiance) => radiance.map(|r| Vec3::from(r).into()),
+        }
+    }
 }
 
 impl From<Vec3> for EnvironmentSetting {
@@ -164,10 +179,7 @@ fn environment(
                     "the environment's scale {scale} must be above 0, and its rotation {rotation} finite"
                 )));
             }
-            let z_up = settings
-                .camera
-                .up
-                .is_some_and(|[x, y, z]| z.abs() > x.abs().max(y.abs()));
+            let z_up = camera::is_z_up(settings.camera.up);
             let map = EnvironmentMap::new(bitmap.clone(), *scale, *rotation, z_up);
             Environment::Map(Box::new(map.ok_or_else(|| {
                 Error::Setting("the environment's map is black".into())

@@ -105,12 +105,12 @@ impl Texture {
         self.bilinear(uv, |index| self.texel_value(index))
     }
 
-    /// How the value grows from one texel to the next, across and up, around `uv`.
+    /// How the value grows with the texture coordinates around `uv`, over the width of a pixel.
     pub fn slope(&self, uv: Vec2) -> Vec2 {
         let (width, height) = self.size();
-        let step = Vec2::new(1.0 / width as f32, 1.0 / height as f32) / self.scale.abs();
-        let along = |step: Vec2| 0.5 * (self.value(uv + step) - self.value(uv - step));
-        Vec2::new(along(Vec2::X * step), along(Vec2::Y * step)) / step
+        let half = Vec2::new(0.5 / width as f32, 0.5 / height as f32) / self.scale.abs();
+        let along = |half: Vec2| self.value(uv + half) - self.value(uv - half);
+        Vec2::new(along(Vec2::X * half), along(Vec2::Y * half)) / (2.0 * half)
     }
 
     /// The linear colour of a pixel by its place in the file.

@@ -34,22 +34,25 @@ pub enum Relief {
 impl Textures {
     /// Whether there are any.
     pub fn any(&self) -> bool {
-        self.all().next().is_some() || self.relief.is_some()
+        self.named().next().is_some()
     }
 
-    /// All of them.
-    pub fn all(&self) -> impl Iterator<Item = &Texture> {
-        let relief = match &self.relief {
-            Some(Relief::Normals(t) | Relief::Heights(t, _)) => Some(t),
-            None => None,
-        };
-        let maps = [
-            &self.colour,
-            &self.specular,
-            &self.roughness,
-            &self.emission,
-        ];
-        maps.into_iter().flatten().chain(relief)
+    /// All of them, with what they stand for.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
+        let relief = self.relief.as_ref().map(|relief| match relief {
+            Relief::Normals(t) => ("normals", t),
+            Relief::Heights(t, _) => ("bumps", t),
+        });
+        let map = |name, t| Option::as_ref(t).map(|t| (name, t));
+        [
+            map("colour", &self.colour),
+            map("specular", &self.specular),
+            map("roughness", &self.roughness),
+            map("emission", &self.emission),
+            relief,
+        ]
+        .into_iter()
+        .flatten()
     }
 
     /// The values at `uv`, `plain` where there is no texture.

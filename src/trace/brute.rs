@@ -21,12 +21,14 @@ impl Brute {
             let q = s.cross(e1);
             let (u, v, t) = (s.dot(p) / det, d.dot(q) / det, e2.dot(q) / det);
             let inside = det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-            (inside && t >= 0.0 && t <= f64::from(ray.length)).then_some(Hit {
+            let hit = Hit {
                 triangle,
                 u: u as f32,
                 v: v as f32,
                 t: t as f32,
-            })
+            };
+            let hits = inside && t >= 0.0 && t <= f64::from(ray.length);
+            (hits && !self.0.is_open(triangle, hit.u, hit.v)).then_some(hit)
         })
     }
 }

@@ -8,17 +8,20 @@ use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
 use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::{BvhBuildParams, triangle::Triangle};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// A tree over the triangles, and the triangles in the tree's order.
 pub struct Bvh {
     tree: CwBvh,
     triangles: Vec<RtTriangle>,
+    /// The mesh, if it has triangles with holes.
+    cutouts: Option<Arc<Mesh>>,
 }
 
 impl Bvh {
     /// Builds the tree; slow and good, on one thread.
-    pub fn new(mesh: &Mesh) -> Self {
+    pub fn new(mesh: &Arc<Mesh>) -> Self {
         let triangles: Vec<Triangle> = (0..mesh.triangles.len() as u32)
             .map(|t| {
                 let [v0, v1, v2] = mesh.corners(t).map(Vec3A::from);
@@ -35,7 +38,24 @@ impl Bvh {
             .iter()
             .map(|&i| (&triangles[i as usize]).into())
             .collect();
-        Self { tree, triangles }
+        Self {
+            tree,
+            triangles,
+            cutouts: mesh.cutouts.is_some().then(|| mesh.clone()),
+        }
+    }
+
+    /// The distance of the hit on a triangle, infinite where it is none, or on a hole.
+    #[inline]
+    fn closed(&self, mesh: &Mesh, ray: &obvhs::ray::Ray, id: usize) -> f32 {
+        let t = self.triangles[id].intersect(ray);
+        if t < f32::INFINITY {
+            let uv = self.triangles[id].compute_barycentric(ray);
+            if mesh.is_open(self.tree.primitive_indices[id], uv.x, uv.y) {
+                return f32::INFINITY;
+            }
+        }
+        t
     }
 
     fn ray(ray: &Ray) -> obvhs::ray::Ray {
@@ -62,9 +82,14 @@ impl Traverse for Bvh {
         batch.trace_each(|ray| {
             let ray = Self::ray(&ray);
             let mut hit = RayHit::none();
-            let found = self
-                .tree
-                .ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray));
+            let found = match &self.cutouts {
+                None => self
+                    .tree
+                    .ray_traverse(ray, &mut hit, |ray, id| self.triangles[id].intersect(ray)),
+                Some(mesh) => self
+                    .tree
+                    .ray_traverse(ray, &mut hit, |ray, id| self.closed(mesh, ray, id)),
+            };
             found.then(|| {
                 let uv = self.triangles[hit.primitive_id as usize].compute_barycentric(&ray);
                 Hit {
@@ -79,9 +104,15 @@ impl Traverse for Bvh {
 
     fn any_by(&self, batch: &mut AnyBatch, _: Way) {
         batch.trace_each(|ray| {
-            !self
-                .tree
-                .ray_traverse_miss(Self::ray(&ray), |ray, id| self.triangles[id].intersect(ray))
+            let ray = Self::ray(&ray);
+            !match &self.cutouts {
+                None => self
+                    .tree
+                    .ray_traverse_miss(ray, |ray, id| self.triangles[id].intersect(ray)),
+                Some(mesh) => self
+                    .tree
+                    .ray_traverse_miss(ray, |ray, id| self.closed(mesh, ray, id)),
+            }
         });
     }
 }

@@ -47,9 +47,11 @@ pub enum Build {
     Fast,
 }
 
-/// A committed Embree scene with one triangle mesh.
+/// A committed Embree scene: one geometry of the triangles, and one of those with holes if there are any.
 pub struct Embree {
     scene: Owned<sys::RTCSceneTy>,
+    /// What Embree's filter asks with.
+    cutouts: Option<Box<sys::GdptCutouts>>,
     /// Embree reads positions and indices from here.
     _mesh: Arc<Mesh>,
     _device: Owned<sys::RTCDeviceTy>,
@@ -72,6 +74,7 @@ impl<T> Drop for Owned<T> {
 
 // SAFETY: after rtcCommitScene the scene is only read, which Embree allows from any number of threads
 // (Embree manual, "Thread safety": all API calls are thread safe, except modifying one object at once).
+// `cutouts` is only read too, and so is the mesh it points to, which `_mesh` keeps.
 unsafe impl Send for Embree {}
 // SAFETY: as above; `&Embree` only traces.
 unsafe impl Sync for Embree {}
@@ -107,39 +110,59 @@ impl Embree {
             if build == Build::Robust {
                 sys::rtcSetSceneFlags(scene.pointer, sys::RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
             }
-            let pointer = sys::rtcNewGeometry(
-                device.pointer,
-                sys::RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE,
-            );
-            if pointer.is_null() {
-                return Err(last_error(device.pointer));
+            let first = mesh
+                .cutouts
+                .as_ref()
+                .map_or(mesh.triangles.len(), |c| c.first as usize);
+            let mut cutouts = mesh.cutouts.as_ref().map(|cutouts| {
+                Box::new(sys::GdptCutouts {
+                    mesh: Arc::as_ptr(&mesh).cast(),
+                    is_open: Some(is_open),
+                    first: cutouts.first,
+                    mode: 0,
+                })
+            });
+            // An empty geometry keeps the numbers: 0 for the rest, 1 for those with holes.
+            let parts = [0..first, first..mesh.triangles.len()];
+            let count = 1 + usize::from(cutouts.is_some());
+            for (part, triangles) in parts.into_iter().take(count).enumerate() {
+                let pointer = sys::rtcNewGeometry(
+                    device.pointer,
+                    sys::RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE,
+                );
+                if pointer.is_null() {
+                    return Err(last_error(device.pointer));
+                }
+                let geometry = Owned {
+                    pointer,
+                    release: sys::rtcReleaseGeometry,
+                };
+                sys::rtcSetSharedGeometryBuffer(
+                    geometry.pointer,
+                    sys::RTCBufferType::RTC_BUFFER_TYPE_VERTEX,
+                    0,
+                    sys::RTCFormat::RTC_FORMAT_FLOAT3,
+                    mesh.positions.as_ptr().cast(),
+                    0,
+                    size_of::<glam::Vec3>(),
+                    mesh.positions.len() - 1,
+                );
+                sys::rtcSetSharedGeometryBuffer(
+                    geometry.pointer,
+                    sys::RTCBufferType::RTC_BUFFER_TYPE_INDEX,
+                    0,
+                    sys::RTCFormat::RTC_FORMAT_UINT3,
+                    mesh.triangles.as_ptr().cast(),
+                    triangles.start * size_of::<[u32; 3]>(),
+                    size_of::<[u32; 3]>(),
+                    triangles.len(),
+                );
+                if let (1, Some(cutouts)) = (part, &mut cutouts) {
+                    sys::gdpt_cut_out(geometry.pointer, &mut **cutouts);
+                }
+                sys::rtcCommitGeometry(geometry.pointer);
+                sys::rtcAttachGeometryByID(scene.pointer, geometry.pointer, part as u32);
             }
-            let geometry = Owned {
-                pointer,
-                release: sys::rtcReleaseGeometry,
-            };
-            sys::rtcSetSharedGeometryBuffer(
-                geometry.pointer,
-                sys::RTCBufferType::RTC_BUFFER_TYPE_VERTEX,
-                0,
-                sys::RTCFormat::RTC_FORMAT_FLOAT3,
-                mesh.positions.as_ptr().cast(),
-                0,
-                size_of::<glam::Vec3>(),
-                mesh.positions.len() - 1,
-            );
-            sys::rtcSetSharedGeometryBuffer(
-                geometry.pointer,
-                sys::RTCBufferType::RTC_BUFFER_TYPE_INDEX,
-                0,
-                sys::RTCFormat::RTC_FORMAT_UINT3,
-                mesh.triangles.as_ptr().cast(),
-                0,
-                size_of::<[u32; 3]>(),
-                mesh.triangles.len(),
-            );
-            sys::rtcCommitGeometry(geometry.pointer);
-            sys::rtcAttachGeometry(scene.pointer, geometry.pointer);
             sys::rtcCommitScene(scene.pointer);
             if sys::rtcGetDeviceError(device.pointer) != sys::RTCError::RTC_ERROR_NONE {
                 return Err(Error::Traversal(
@@ -148,12 +171,20 @@ impl Embree {
             }
             Ok(Self {
                 scene,
+                cutouts,
                 _mesh: mesh,
                 _device: device,
                 bytes,
             })
         }
     }
+}
+
+/// Embree's filter asks it through C whether a hit is on a hole.
+unsafe extern "C" fn is_open(mesh: *const std::ffi::c_void, triangle: u32, u: f32, v: f32) -> i32 {
+    // SAFETY: the pointer is that of the `Arc<Mesh>` which `Embree` holds as long as it traces.
+    let mesh = unsafe { &*mesh.cast::<Mesh>() };
+    i32::from(mesh.is_open(triangle, u, v))
 }
 
 /// Embree's word on what failed, with its last error message where it has one.
@@ -206,6 +237,9 @@ impl Traverse for Embree {
                 way.width as u32,
                 i32::from(way.coherent),
             );
+        }
+        if let Some(cutouts) = &self.cutouts {
+            batch.number_on(cutouts.first);
         }
     }
 

@@ -173,6 +173,19 @@ impl ClosestBatch {
         })
     }
 
+    /// Hits on the second geometry get the numbers from `first` on.
+    #[cfg(feature = "embree")]
+    pub(super) fn number_on(&mut self, first: u32) {
+        for block in &mut self.blocks[..self.len.div_ceil(LANES)] {
+            for (geometry, triangle) in block.geom_id.iter_mut().zip(&mut block.prim_id) {
+                if *geometry == 1 {
+                    *geometry = 0;
+                    *triangle += first;
+                }
+            }
+        }
+    }
+
     /// The ray as it was added, except that `length` is the distance of the hit once it is traced.
     #[inline]
     pub fn ray(&self, index: u32) -> Ray {

@@ -4,21 +4,22 @@
 use gdpt::error::Warnings;
 use gdpt::estimate::Estimate;
 use gdpt::film::{Film, Halves};
+use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
 use gdpt::path::PathSettings;
 use gdpt::render::{Job, Limits, Method};
 use gdpt::sampler::{Points, mix};
-use gdpt::scene::{Scene, SceneSettings};
+use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
 use gdpt::trace::{Backend, Traverse};
 use glam::Vec3;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use std::path::Path;
 
-pub const SCENES: [&str; 7] = [
-    "cornell", "glossy", "mirrors", "ajar", "caustic", "corner", "furnace",
+pub const SCENES: [&str; 8] = [
+    "cornell", "glossy", "mirrors", "ajar", "caustic", "corner", "furnace", "still",
 ];
 
 /// A shipped scene at another size.
@@ -34,7 +35,7 @@ pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
     let settings = SceneSettings {
         camera: toml.camera,
         size: (width, height),
-        environment: toml.environment.radiance.map(|r| Vec3::from(r).into()),
+        environment: EnvironmentSetting::of_table(&toml.environment),
         roughness_threshold: 0.05,
     };
     Scene::build(path, file, &settings, &mut warnings).unwrap()
@@ -53,7 +54,7 @@ pub fn polygons(
     for (corners, material) in polygons {
         let first = file.positions.len() as u32;
         file.positions
-            .extend(corners.iter().copied().map(|r| Vec3::from(r).into()));
+            .extend(corners.iter().copied().map(Vec3::from));
         for i in 1..corners.len() as u32 - 1 {
             file.triangles.push([first, first + i, first + i + 1]);
             file.material_of.push(*material as u32);
@@ -120,6 +121,7 @@ impl Render {
                 seed: self.seed,
                 points: self.points,
                 weights: self.weights,
+                filter: Filter::Box,
             },
             limits: Limits {
                 samples: self.spp,

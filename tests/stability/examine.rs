@@ -2,6 +2,7 @@
 
 use crate::common::{Mean, Render, differences, largest_z, tracer};
 use gdpt::film::{Film, Halves};
+use gdpt::filter::Filter;
 use gdpt::image::Image;
 use gdpt::picture;
 use gdpt::reconstruct::{Alpha, Method as Reconstruction, PAPER_ALPHA, Problem, l2};
@@ -212,6 +213,7 @@ fn largest_sample(scene: &Scene, tracer: &dyn Traverse) -> f64 {
         seed: 77,
         points: gdpt::sampler::Points::Independent,
         weights: Weights::Mis,
+        filter: Filter::Box,
     };
     let mut paths = PathTracer::<4>::default();
     let mut sums = TileSums::default();

@@ -92,6 +92,7 @@ impl Model {
             target: Some(self.target),
             up: None,
             fov: Some(45.0),
+            ..Default::default()
         }
     }
 
@@ -99,7 +100,7 @@ impl Model {
         let settings = SceneSettings {
             camera: self.camera(),
             size: (width, height),
-            environment: Some(Vec3::splat(self.environment).into()),
+            environment: Some(glam::Vec3::splat(self.environment).into()),
             roughness_threshold: self.roughness_threshold,
         };
         let polygons: Vec<(&[[f32; 3]], usize)> = self

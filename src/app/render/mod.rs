@@ -5,6 +5,7 @@ mod files;
 mod limits;
 mod replay;
 mod saving;
+mod turntable;
 
 use super::{Ended, Format, SceneFlags, load_scene, reconstruction, thread_pool};
 use crate::checkpoint::Progress;
@@ -16,8 +17,10 @@ use crate::output::{check_outputs, png::Pixels, stats::Stats};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
-use crate::render::{Ending, Job, Method, TILE_SIZE};
+use crate::reconstruct;
+use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
+use crate::trace::Traverse;
 use error_check::ErrorCheck;
 use files::Made;
 use saving::Saving;
@@ -39,9 +42,11 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     {
         return Err(Error::input(preview, None, "--preview writes a .png"));
     }
+    let frames = turntable::frames(args, output)?;
     let others = args.preview.iter().chain(&args.stats);
     let others = others.map(|p| p.as_path());
-    let outputs: Vec<&Path> = [output].into_iter().chain(others).collect();
+    let first = frames.as_ref().map_or(output, |frames| &frames[0]);
+    let outputs: Vec<&Path> = [first].into_iter().chain(others).collect();
     check_outputs(&args.scene, &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
@@ -50,11 +55,10 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
 
     // Scene.
     let start = Instant::now();
-    let mut reporter = Reporter::new(args.quiet);
-    let scene = load(args, &mut warnings)?;
+    let reporter = Reporter::new(args.quiet);
+    let mut scene = load(args, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
-    let (width, height) = (scene.camera.width, scene.camera.height);
-    limits::memory(width, height)?;
+    limits::memory(scene.camera.width, scene.camera.height)?;
     let start = Instant::now();
     let tracer = args
         .backend
@@ -62,128 +66,185 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
     let seconds_building = start.elapsed().as_secs_f64();
     reporter.warnings(warnings.list());
 
-    // Film, and what a checkpoint holds of it.
-    let mut film = Film::new(width, height, TILE_SIZE);
-    let mut settings = settings(args);
-    let scene_hash = format!("{:016x}", scene.hash());
-    let mut saving = Saving::new(args, &scene, &scene_hash, &settings);
-    saving.lock()?;
-    if let Some(samples) = saving.resume(&mut film)? {
-        reporter.say(&format!("going on from {samples} samples"));
-        if samples > limits.samples {
-            reporter.say("that is more than --spp asks for: all of them are used");
-        }
-    }
-
-    // Paths.
-    let job = Job {
-        scene: &scene,
+    let session = Session {
+        args,
+        limits,
+        method,
+        format,
+        pool,
         tracer: &*tracer,
-        method: args.method,
-        settings: path_settings(args),
-        limits: saving.left(limits),
-    };
-    reporter.start(&job.limits);
-    let mut check = ErrorCheck::new(args.error, saving.next_check());
-    let mut ask = |film: &Film, counts: &Counts| {
-        saving.now_and_then(film, counts, check.next);
-        if stop() {
-            Some(Ending::Interrupted)
-        } else {
-            check.reached(film, method).then_some(Ending::Error)
-        }
-    };
-    let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
-    let Progress {
-        counts, seconds, ..
-    } = saving.end(&film, &outcome, check.next);
-    let interrupted = outcome.ended == Ending::Interrupted;
-    reporter.end_tracing();
-    if film.samples == [0; 2] {
-        let _ = writeln!(
-            std::io::stderr(),
-            "ended before the first pass; nothing is written"
-        );
-        return Ok(Ended::Interrupted);
-    }
-    let hits = film.first_hits();
-    // Under --strict these end the program too, once the picture is written.
-    let mut late = saving.complaints();
-    if counts.rays[0] > 0 && hits.depth.iter().all(|&d| d == 0.0) {
-        let message = "the camera sees nothing of the scene; check --origin, --target and --up";
-        late.push(message.to_owned());
-    }
-    if counts.dropped > 0 {
-        late.push(dropped(&counts, args.seed));
-    }
-    reporter.warnings(&late);
-
-    // Picture.
-    let picture = match check.last {
-        // The film has not changed since.
-        Some(picture) if outcome.ended == Ending::Error => picture,
-        _ => pool.install(|| picture::of_film(&film, method)),
-    };
-
-    // Files.
-    let (name, alpha) = picture::describe(method);
-    settings.insert("reconstruct", name.to_owned());
-    if !alpha.is_empty() {
-        settings.insert("alpha", alpha);
-    }
-    let mut stats = Stats {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: args.scene.display().to_string(),
-        scene_hash,
-        settings,
-        width,
-        height,
-        triangles: scene.mesh.triangles.len(),
-        samples: film.samples[0] + film.samples[1],
-        interrupted,
-        ended: outcome.ended.name(),
+        warnings: warnings.list(),
         seconds_loading,
         seconds_building,
-        seconds_tracing: seconds,
-        seconds_solving: picture.seconds,
-        solver_iterations: picture.solution.iterations,
-        solver_residual: picture.solution.residual,
-        estimated_rel_mse: picture.error.as_ref().map(|e| e.rel_mse),
-        rays: BTreeMap::new(),
-        mrays_per_second: 0.0,
-        dead_shifts: BTreeMap::new(),
-        dropped: 0,
-        film_bytes_per_pixel: BYTES_PER_PIXEL,
-        warnings: [warnings.list(), &late].concat(),
+        stop,
     };
-    stats.count(&counts);
-    let made = Made {
-        args,
-        output,
-        checkpoint: saving.kept(),
-        picture: &picture,
-        hits: &hits,
-        film: &film,
-        stats: &stats,
+    let Some(frames) = frames else {
+        return session.render(&scene, output);
     };
-    // What can be written is, whatever fails.
-    let written = files::write(&made, format);
-    if let Some(path) = &args.preview {
-        Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
+    let camera = scene.camera.clone();
+    for (index, frame) in frames.iter().enumerate() {
+        let turns = index as f32 / frames.len() as f32;
+        scene.camera = camera.turned(turns * std::f32::consts::TAU);
+        if session.render(&scene, frame)? == Ended::Interrupted {
+            return Ok(Ended::Interrupted);
+        }
     }
-    if let Some(path) = &args.stats {
-        stats.write(path)?;
+    Ok(Ended::Done)
+}
+
+/// What all views of a scene have in common.
+struct Session<'a> {
+    args: &'a RenderArgs,
+    limits: Limits,
+    method: reconstruct::Method,
+    format: Format,
+    pool: rayon::ThreadPool,
+    tracer: &'a dyn Traverse,
+    warnings: &'a [String],
+    seconds_loading: f64,
+    seconds_building: f64,
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Session<'_> {
+    /// Renders the scene to a file.
+    fn render(&self, scene: &Scene, output: &Path) -> Result<Ended> {
+        let Session {
+            args,
+            limits,
+            method,
+            format,
+            ref pool,
+            tracer,
+            stop,
+            ..
+        } = *self;
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let mut reporter = Reporter::new(args.quiet);
+
+        // Film, and what a checkpoint holds of it.
+        let mut film = Film::new(width, height, TILE_SIZE);
+        let mut settings = settings(args);
+        let scene_hash = format!("{:016x}", scene.hash());
+        let mut saving = Saving::new(args, scene, &scene_hash, &settings);
+        saving.lock()?;
+        if let Some(samples) = saving.resume(&mut film)? {
+            reporter.say(&format!("going on from {samples} samples"));
+            if samples > limits.samples {
+                reporter.say("that is more than --spp asks for: all of them are used");
+            }
+        }
+
+        // Paths.
+        let job = Job {
+            scene,
+            tracer,
+            method: args.method,
+            settings: path_settings(args),
+            limits: saving.left(limits),
+        };
+        reporter.start(&job.limits);
+        let mut check = ErrorCheck::new(args.error, saving.next_check());
+        let mut ask = |film: &Film, counts: &Counts| {
+            saving.now_and_then(film, counts, check.next);
+            if stop() {
+                Some(Ending::Interrupted)
+            } else {
+                check.reached(film, method).then_some(Ending::Error)
+            }
+        };
+        let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
+        let Progress {
+            counts, seconds, ..
+        } = saving.end(&film, &outcome, check.next);
+        let interrupted = outcome.ended == Ending::Interrupted;
+        reporter.end_tracing();
+        if film.samples == [0; 2] {
+            let _ = writeln!(
+                std::io::stderr(),
+                "ended before the first pass; nothing is written"
+            );
+            return Ok(Ended::Interrupted);
+        }
+        let hits = film.first_hits();
+        // Under --strict these end the program too, once the picture is written.
+        let mut late = saving.complaints();
+        if counts.rays[0] > 0 && hits.depth.iter().all(|&d| d == 0.0) {
+            let message = "the camera sees nothing of the scene; check --origin, --target and --up";
+            late.push(message.to_owned());
+        }
+        if counts.dropped > 0 {
+            late.push(dropped(&counts, args.seed));
+        }
+        reporter.warnings(&late);
+
+        // Picture.
+        let picture = match check.last {
+            // The film has not changed since.
+            Some(picture) if outcome.ended == Ending::Error => picture,
+            _ => pool.install(|| picture::of_film(&film, method)),
+        };
+
+        // Files.
+        let (name, alpha) = picture::describe(method);
+        settings.insert("reconstruct", name.to_owned());
+        if !alpha.is_empty() {
+            settings.insert("alpha", alpha);
+        }
+        let mut stats = Stats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: args.scene.display().to_string(),
+            scene_hash,
+            settings,
+            width,
+            height,
+            triangles: scene.mesh.triangles.len(),
+            samples: film.samples[0] + film.samples[1],
+            interrupted,
+            ended: outcome.ended.name(),
+            seconds_loading: self.seconds_loading,
+            seconds_building: self.seconds_building,
+            seconds_tracing: seconds,
+            seconds_solving: picture.seconds,
+            solver_iterations: picture.solution.iterations,
+            solver_residual: picture.solution.residual,
+            estimated_rel_mse: picture.error.as_ref().map(|e| e.rel_mse),
+            rays: BTreeMap::new(),
+            mrays_per_second: 0.0,
+            dead_shifts: BTreeMap::new(),
+            dropped: 0,
+            film_bytes_per_pixel: BYTES_PER_PIXEL,
+            warnings: [self.warnings, &late].concat(),
+        };
+        stats.count(&counts);
+        let made = Made {
+            args,
+            output,
+            checkpoint: saving.kept(),
+            picture: &picture,
+            hits: &hits,
+            film: &film,
+            stats: &stats,
+        };
+        // What can be written is, whatever fails.
+        let written = files::write(&made, format);
+        if let Some(path) = &args.preview {
+            Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
+        }
+        if let Some(path) = &args.stats {
+            stats.write(path)?;
+        }
+        written?;
+        reporter.summary(&stats, output);
+        if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
+            return Err(Error::Strict(first));
+        }
+        Ok(if interrupted {
+            Ended::Interrupted
+        } else {
+            Ended::Done
+        })
     }
-    written?;
-    reporter.summary(&stats, output);
-    if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
-        return Err(Error::Strict(first));
-    }
-    Ok(if interrupted {
-        Ended::Interrupted
-    } else {
-        Ended::Done
-    })
 }
 
 fn path_settings(args: &RenderArgs) -> PathSettings {
@@ -192,6 +253,7 @@ fn path_settings(args: &RenderArgs) -> PathSettings {
         seed: args.seed,
         points: args.sampler,
         weights: args.weights,
+        filter: args.filter,
     }
 }
 
@@ -201,11 +263,14 @@ fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
         target: args.target,
         up: args.up,
         fov: args.fov,
+        aperture: args.aperture,
+        focus: args.focus,
     };
     let flags = SceneFlags {
         camera,
+        camera_name: args.camera.clone(),
         size: args.size,
-        environment: args.environment,
+        environment: args.environment.clone(),
         roughness_threshold: args.roughness_threshold,
     };
     load_scene(&args.scene, flags, warnings)
