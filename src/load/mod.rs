@@ -1,6 +1,7 @@
 //! Files to data: OBJ, MTL and the TOML beside them, EXR and other pictures, as written. Nothing is interpreted here; what a
 //! material means is for `scene` to say.
 
+mod ahead;
 pub mod bitmap;
 pub mod exr;
 mod line;

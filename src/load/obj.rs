@@ -1,5 +1,6 @@
 //! OBJ files: triangles and materials as written.
 
+use super::ahead;
 use super::bitmap::{self, Bitmap};
 use super::mtl::{self, MtlMaterial};
 use super::regroup::{Group, Regroup};
@@ -42,7 +43,7 @@ pub struct ObjFile {
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     check_readable(path)?;
     let open = || File::open(path).map_err(Error::io(path, "cannot be read"));
-    let mut reader = Regroup::new(BufReader::with_capacity(1 << 20, open()?));
+    let reader = Regroup::new(BufReader::with_capacity(1 << 20, open()?));
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -50,7 +51,9 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         single_index: false,
     };
     let no_library = |_: &Path| Ok(Default::default());
-    let parsed = guarded(|| tobj::load_obj_buf(&mut reader, &options, no_library));
+    let (parsed, reader) = ahead::parse(reader, |lines| {
+        guarded(|| tobj::load_obj_buf(lines, &options, no_library))
+    });
     let models = match parsed {
         Ok(Ok((models, _))) => models,
         failed => {

@@ -182,8 +182,8 @@ impl<R: BufRead> Regroup<R> {
     }
 }
 
-impl<R: BufRead> BufRead for Regroup<R> {
-    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+impl<R: BufRead> Read for Regroup<R> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         if self.at == self.line.len() && self.passing == 0 {
             self.pass()?;
             if self.passing == 0 {
@@ -191,26 +191,14 @@ impl<R: BufRead> BufRead for Regroup<R> {
             }
         }
         if self.passing > 0 {
-            return Ok(&self.inner.fill_buf()?[..self.passing]);
+            let count = out.len().min(self.passing);
+            out[..count].copy_from_slice(&self.inner.fill_buf()?[..count]);
+            self.inner.consume(count);
+            self.passing -= count;
+            return Ok(count);
         }
-        Ok(&self.line[self.at..])
-    }
-
-    fn consume(&mut self, amount: usize) {
-        if self.passing > 0 {
-            self.passing -= amount;
-            self.inner.consume(amount);
-        } else {
-            self.at += amount;
-        }
-    }
-}
-
-impl<R: BufRead> Read for Regroup<R> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        let mut buffer = self.fill_buf()?;
-        let count = buffer.read(out)?;
-        self.consume(count);
+        let count = (&self.line[self.at..]).read(out)?;
+        self.at += count;
         Ok(count)
     }
 }

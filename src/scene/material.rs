@@ -104,7 +104,8 @@ impl Material {
         let given_ks = plain(m.ks, "map_ks");
         let ks = reflectance(colour(given_ks, 0.0), "Ks")?;
         let tint = reflectance(colour(m.tf, 1.0), "Tf")?;
-        let specular = ks != Vec3::ZERO || ks_map.is_some();
+        // Programs that know no highlights write Ns 0 beside a white Ks.
+        let specular = (ks != Vec3::ZERO || ks_map.is_some()) && m.ns.is_none_or(|ns| ns > 0.0);
 
         let metallic = m.pm.unwrap_or(0.0).clamp(0.0, 1.0);
         let has_roughness = m.pr.is_some() || m.map("map_pr").is_some();
@@ -405,7 +406,8 @@ mod tests {
             change(&mut m);
             coat_of(m)
         };
-        // No highlight by illum 1, none with a black Ks.
+        // No highlight by illum 1, none with a black Ks, none with Ns 0.
+        assert_eq!(with(&|m| m.ns = Some(0.0)), None);
         assert_eq!(with(&|m| m.illum = Some(1)), None);
         assert_eq!(with(&|m| m.ks = Some([0.0; 3])), None);
         let faint = with(&|m| m.ks = Some([0.25; 3])).unwrap();

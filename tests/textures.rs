@@ -1,0 +1,412 @@
+//! Textures: files of every kind, what is missing, what buffers and rays see of them; maps of the environment.
+
+mod common;
+
+use assert_cmd::Command;
+use common::{Render, Rng, chi_square, scene_of_file, tracer};
+use gdpt::error::Warnings;
+use gdpt::film::Halves;
+use gdpt::load::bitmap::{self, Bitmap, Texels};
+use gdpt::load::obj;
+use gdpt::render::Method;
+use gdpt::scene::environment::EnvironmentMap;
+use gdpt::scene::texture::Texture;
+use glam::{Vec2, Vec3};
+use image::{Rgb, Rgb32FImage, RgbImage, Rgba, RgbaImage};
+use std::sync::Arc;
+use tempfile::TempDir;
+
+/// A floor with texture coordinates seen from above, under a white sky.
+const FLOOR: &str = "mtllib a.mtl\nusemtl m\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\n\
+                     vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+const ABOVE: &str = "[camera]\norigin = [0, 2, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov = 50\n\
+                     [environment]\nradiance = [1, 1, 1]\n";
+
+fn folder(mtl: &str) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    for (name, text) in [("a.obj", FLOOR), ("a.mtl", mtl), ("a.toml", ABOVE)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+/// Colours of 5 x 3 pixels.
+fn colour(x: u32, y: u32) -> [u8; 3] {
+    [40 * x as u8 + 20, 80 * y as u8 + 10, 200 - 30 * x as u8]
+}
+
+#[test]
+fn pictures_of_every_kind_are_read() {
+    let folder = TempDir::new().unwrap();
+    let bytes = RgbImage::from_fn(5, 3, |x, y| Rgb(colour(x, y)));
+    let floats = Rgb32FImage::from_fn(5, 3, |x, y| Rgb(colour(x, y).map(|b| f32::from(b) / 64.0)));
+    for name in ["a.png", "a.TGA", "a.bmp", "a.jpg", "a.hdr", "a.exr"] {
+        let path = folder.path().join(name);
+        let (tolerance, scale) = match name {
+            "a.hdr" => {
+                let encoder =
+                    image::codecs::hdr::HdrEncoder::new(std::fs::File::create(&path).unwrap());
+                let pixels: Vec<Rgb<f32>> = floats.pixels().copied().collect();
+                encoder.encode(&pixels, 5, 3).unwrap();
+                (0.02, 64.0)
+            }
+            "a.exr" => {
+                let value = |x: usize, y: usize| {
+                    let [r, g, b] = floats.get_pixel(x as u32, y as u32).0;
+                    (r, g, b)
+                };
+                exr::prelude::write_rgb_file(&path, 5, 3, value).unwrap();
+                (1e-3, 64.0)
+            }
+            _ => {
+                bytes.save(&path).unwrap();
+                (if name == "a.jpg" { 0.35 } else { 0.0 }, 255.0)
+            }
+        };
+        let read = bitmap::load(&path).unwrap();
+        assert_eq!(
+            (read.width, read.height, read.has_alpha),
+            (5, 3, false),
+            "{name}"
+        );
+        assert_eq!(
+            matches!(read.texels, Texels::Bytes(_)),
+            scale == 255.0,
+            "{name}"
+        );
+        let texture = Texture::of_bitmap(Arc::new(read));
+        for index in 0..15u32 {
+            let wanted = Vec3::from(colour(index % 5, index / 5).map(f32::from));
+            let found = texture.texel(index as usize) * scale;
+            let error = (found - wanted).abs().max_element();
+            assert!(
+                error <= tolerance * 200.0 + 1e-3,
+                "{name} {index}: {found} {wanted}"
+            );
+        }
+    }
+    std::fs::write(folder.path().join("b.png"), b"no picture").unwrap();
+    let message = bitmap::load(&folder.path().join("b.png"))
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("b.png") && message.contains("no picture that can be read"));
+}
+
+#[test]
+fn a_missing_texture_is_named_with_its_path_and_grey() {
+    let folder = folder("newmtl m\nmap_Kd maps\\none.png\n");
+    let scene = folder.path().join("a.obj");
+    let render = |flags: &[&str]| {
+        let mut command = Command::cargo_bin("gdpt").unwrap();
+        command
+            .arg("render")
+            .arg(&scene)
+            .arg("-o")
+            .arg(folder.path().join("o.exr"));
+        command
+            .args(["--size", "8x8", "--spp", "2"])
+            .args(flags)
+            .output()
+            .unwrap()
+    };
+    let output = render(&[]);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stderr).unwrap();
+    let path = folder.path().join("maps/none.png");
+    assert!(
+        text.contains(path.to_str().unwrap()) && text.contains("a.mtl:2"),
+        "{text}"
+    );
+    assert!(!render(&["--strict"]).status.success());
+    let mut warnings = Warnings::new(false);
+    let file = obj::load(&scene, &mut warnings).unwrap();
+    let scene = gdpt::scene::Scene::build(&scene, file, &settings(), &mut warnings).unwrap();
+    assert_eq!(scene.materials[0].bsdf.colour(), Vec3::splat(0.5));
+}
+
+fn settings() -> gdpt::scene::SceneSettings {
+    gdpt::scene::SceneSettings {
+        size: (8, 8),
+        roughness_threshold: 0.01,
+        ..Default::default()
+    }
+}
+
+#[test]
+fn a_file_is_read_once() {
+    let folder = folder("newmtl m\nmap_Kd A.png\nmap_Pr a.png\nnewmtl n\nmap_Ke -s 2 2 ./a.png\n");
+    RgbImage::new(2, 2)
+        .save(folder.path().join("a.png"))
+        .unwrap();
+    let text = format!("{FLOOR}usemtl n\nf 1/1 2/2 3/3\n");
+    std::fs::write(folder.path().join("a.obj"), text).unwrap();
+    let file = obj::load(&folder.path().join("a.obj"), &mut Warnings::new(true)).unwrap();
+    let maps: Vec<_> = file.materials.iter().flat_map(|m| &m.maps).collect();
+    let first = maps[0].bitmap.as_ref().unwrap();
+    assert_eq!(maps.len(), 3);
+    assert!(
+        maps.iter()
+            .all(|m| Arc::ptr_eq(first, m.bitmap.as_ref().unwrap()))
+    );
+}
+
+/// The quarters of a picture lie on the floor as they should, and the albedo buffer sees their colours.
+#[test]
+fn textures_lie_upright_and_are_in_the_albedo_buffer() {
+    let folder = folder("newmtl m\nKd 0.1 0.2 0.3\nmap_Kd a.png\n");
+    let quarters = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
+    let picture = RgbImage::from_fn(64, 64, |x, y| {
+        Rgb(quarters[(x / 32 + 2 * (y / 32)) as usize])
+    });
+    picture.save(folder.path().join("a.png")).unwrap();
+    let scene = scene_of_file(&folder.path().join("a.obj"), 16, 16);
+    let film = Render {
+        spp: 16,
+        ..Default::default()
+    }
+    .film(&scene, &*tracer(&scene));
+    let albedo = film.first_hits().albedo;
+    for (index, [r, g, b]) in quarters.into_iter().enumerate() {
+        let (x, y) = (4 + 8 * (index % 2), 4 + 8 * (index / 2));
+        let wanted = Vec3::new(r as f32, g as f32, b as f32) / 255.0;
+        let found = albedo.get(y * 16 + x);
+        assert!(
+            (found - wanted).abs().max_element() < 1e-6,
+            "{index}: {found}"
+        );
+    }
+}
+
+/// A board of which everything is cut out is not there, to the bit; one of which nothing is hides the floor.
+#[test]
+fn what_is_cut_out_is_not_there() {
+    let render = |board: bool, alpha: u8| {
+        let folder = folder("newmtl m\nKd 0.6 0.6 0.6\nnewmtl n\nKd 0.1 0.1 0.1\nmap_d a.png\n");
+        let picture = RgbaImage::from_pixel(4, 4, Rgba([255, 255, 255, alpha]));
+        picture.save(folder.path().join("a.png")).unwrap();
+        let board = if board {
+            "usemtl n\nv -1 0.5 1\nv 1 0.5 1\nv 1 0.5 -1\nv -1 0.5 -1\nf 5/1 6/2 7/3 8/4\n"
+        } else {
+            ""
+        };
+        std::fs::write(folder.path().join("a.obj"), format!("{FLOOR}{board}")).unwrap();
+        let scene = scene_of_file(&folder.path().join("a.obj"), 8, 8);
+        assert_eq!(scene.mesh.cutouts.is_some(), !board.is_empty());
+        let film = Render {
+            spp: 4,
+            ..Default::default()
+        }
+        .film(&scene, &*tracer(&scene));
+        film.estimate(Halves::Both).primal.channels
+    };
+    let without = render(false, 0);
+    assert_eq!(render(true, 0), without);
+    let hidden = render(true, 255);
+    assert!(hidden[0].iter().zip(&without[0]).all(|(h, w)| h < w));
+}
+
+/// Emission by a texture of two halves: light sampling and BSDF sampling agree on what arrives.
+#[test]
+fn a_textured_lamp_gives_the_light_of_its_bright_half() {
+    let folder = folder(
+        "newmtl m\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 4 4 4\nmap_Ke a.png\nnewmtl half\nKe 4 4 4\n",
+    );
+    let picture = RgbImage::from_fn(64, 1, |x, _| Rgb(if x < 32 { [255; 3] } else { [0; 3] }));
+    picture.save(folder.path().join("a.png")).unwrap();
+    let dark = ABOVE.replace("[1, 1, 1]", "[0, 0, 0]");
+    std::fs::write(folder.path().join("a.toml"), dark).unwrap();
+    let mean = |lamp: &str| {
+        std::fs::write(folder.path().join("a.obj"), format!("{FLOOR}{lamp}")).unwrap();
+        let scene = scene_of_file(&folder.path().join("a.obj"), 8, 8);
+        let render = Render {
+            method: Method::Pt,
+            spp: 1024,
+            ..Default::default()
+        };
+        let image = render.estimate(&scene, &*tracer(&scene)).primal;
+        image.channels[0].iter().sum::<f32>() / 64.0
+    };
+    // Above the camera; the plain lamp is the bright half alone.
+    let textured = mean("usemtl lamp\nv -1 3 -1\nv 1 3 -1\nv 1 3 1\nv -1 3 1\nf 5/1 6/2 7/3 8/4\n");
+    let plain = mean("usemtl half\nv -1 3 -1\nv 0 3 -1\nv 0 3 1\nv -1 3 1\nf 5/1 6/2 7/3 8/4\n");
+    // Bilinear lookups blur the borders by half a pixel of 64, at the middle and where the picture repeats.
+    assert!((textured / plain - 1.0).abs() < 0.01, "{textured} {plain}");
+}
+
+/// A sky with a dark band, a bright spot and values next to black.
+fn sky() -> EnvironmentMap {
+    let mut values = vec![[0.2f32, 0.3, 0.5]; 32 * 16];
+    values[32 * 7..32 * 9].fill([0.0; 3]);
+    values[32 * 4 + 9] = [90.0, 80.0, 60.0];
+    let bitmap = Bitmap {
+        width: 32,
+        height: 16,
+        texels: Texels::Floats {
+            values,
+            encoded: false,
+        },
+        has_alpha: false,
+    };
+    EnvironmentMap::new(Arc::new(bitmap), 1.5, 35.0, false).unwrap()
+}
+
+/// Samples against their density by χ² at 1e-5, the integral of the density, and the light in all.
+#[test]
+fn directions_to_the_sky_follow_their_density() {
+    const FINE: usize = 8;
+    let sky = sky();
+    // Longitude and latitude in turns, as the documentation has them: the middle of the picture towards +z,
+    // a quarter of it towards +x, turned by 35 degrees.
+    let turned = 35.0 / 360.0;
+    let direction = |across: f32, down: f32| {
+        let (sin, cos) = (std::f32::consts::TAU * (across - turned)).sin_cos();
+        let (r, up) = (std::f32::consts::PI * down).sin_cos();
+        Vec3::new(r * sin, up, -r * cos)
+    };
+    // Over each pixel, evenly by angle and weighted by solid angle.
+    let grid = |f: &dyn Fn(Vec3) -> f64| {
+        let mut sums = vec![0.0f64; 32 * 16];
+        let (columns, rows) = (32 * FINE, 16 * FINE);
+        for j in 0..rows {
+            let edge = |j: usize| (std::f64::consts::PI * j as f64 / rows as f64).cos();
+            let solid = std::f64::consts::TAU / columns as f64 * (edge(j) - edge(j + 1));
+            for i in 0..columns {
+                let (across, down) = (i as f32 + 0.5, j as f32 + 0.5);
+                let d = direction(across / columns as f32, down / rows as f32);
+                sums[j / FINE * 32 + i / FINE] += f(d) * solid;
+            }
+        }
+        sums
+    };
+    let expected = grid(&|d| f64::from(sky.density(d)));
+    let total: f64 = expected.iter().sum();
+    assert!(
+        (total - 1.0).abs() < 1e-4,
+        "the density integrates to {total}"
+    );
+
+    const N: usize = 400_000;
+    let mut rng = Rng(12);
+    let mut observed = vec![0.0; 32 * 16];
+    let (mut light, mut square) = (0.0f64, 0.0f64);
+    for _ in 0..N {
+        let s = sky.sample([rng.next(), rng.next()]).unwrap();
+        assert!((s.direction.length() - 1.0).abs() < 1e-5);
+        let density = sky.density(s.direction);
+        // At the border of two pixels rounding decides.
+        if (density - s.density).abs() > 1e-4 * s.density {
+            let near = sky.density((s.direction + Vec3::splat(2e-6)).normalize());
+            let far = sky.density((s.direction - Vec3::splat(2e-6)).normalize());
+            assert!(near != far || near == s.density, "{density} {}", s.density);
+        }
+        let across = s.direction.x.atan2(-s.direction.z) / std::f32::consts::TAU + turned;
+        let down = s.direction.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI;
+        let column = (((across - across.floor()) * 32.0) as usize).min(31);
+        observed[((down * 16.0) as usize).min(15) * 32 + column] += 1.0;
+        let value = f64::from(s.radiance.x / s.density);
+        light += value / N as f64;
+        square += value * value / N as f64;
+    }
+    let counts: Vec<f64> = expected.iter().map(|e| e * N as f64).collect();
+    chi_square("sky", &observed, &counts, 1e-5);
+    // The same light by the grid.
+    let environment = gdpt::scene::environment::Environment::Map(Box::new(sky));
+    let by_grid: f64 = grid(&|d| f64::from(environment.radiance(d).x)).iter().sum();
+    let deviation = ((square - light * light) / N as f64).sqrt();
+    assert!(
+        (light - by_grid).abs() < 5.0 * deviation + 2e-3 * by_grid,
+        "{light} {by_grid} {deviation}"
+    );
+}
+
+#[test]
+fn black_maps_and_impossible_settings_are_refused() {
+    let folder = folder("newmtl m\n");
+    let render = |toml: &str| {
+        std::fs::write(folder.path().join("a.toml"), toml).unwrap();
+        let mut command = Command::cargo_bin("gdpt").unwrap();
+        command.args(["render", "--spp", "1", "--size", "4x4", "-o"]);
+        let output = command
+            .arg(folder.path().join("o.png"))
+            .arg(folder.path().join("a.obj"))
+            .output()
+            .unwrap();
+        (
+            output.status.success(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+    RgbImage::new(4, 2)
+        .save(folder.path().join("black.png"))
+        .unwrap();
+    RgbImage::from_pixel(4, 2, Rgb([9; 3]))
+        .save(folder.path().join("grey.png"))
+        .unwrap();
+    for (toml, word) in [
+        ("[environment]\nmap = 'black.png'\n", "black"),
+        ("[environment]\nmap = 'none.exr'\n", "none.exr"),
+        (
+            "[environment]\nmap = 'grey.png'\nradiance = [1, 1, 1]\n",
+            "one of them",
+        ),
+        ("[environment]\nscale = 2.0\n", "no map"),
+        ("[environment]\nmap = 'grey.png'\nscale = -1.0\n", "scale"),
+    ] {
+        let (success, text) = render(toml);
+        assert!(
+            !success && text.contains(word) && text.lines().count() == 1,
+            "{toml}: {text}"
+        );
+    }
+    assert!(render("[environment]\nmap = 'grey.png'\nrotation = -90.0\n").0);
+}
+
+/// Relief that is flat changes nothing, and bumps do; normals that look away are left out.
+#[test]
+fn relief_turns_normals() {
+    let render = |picture: RgbImage, line: &str| {
+        let folder = folder(&format!("newmtl m\nKd 0.6 0.6 0.6\n{line}\n"));
+        picture.save(folder.path().join("a.png")).unwrap();
+        let scene = scene_of_file(&folder.path().join("a.obj"), 8, 8);
+        let film = Render {
+            spp: 4,
+            ..Default::default()
+        }
+        .film(&scene, &*tracer(&scene));
+        let normal = film.first_hits().normal;
+        (0..64).map(|i| normal.get(i)).collect::<Vec<Vec3>>()
+    };
+    let flat = RgbImage::from_pixel(8, 8, Rgb([77; 3]));
+    let plain = render(flat.clone(), "");
+    assert_eq!(render(flat, "map_Bump -bm 3 a.png"), plain);
+    // Higher to the right: normals lean to the left, by the slope of 1 · 0.5.
+    let ramp = RgbImage::from_fn(256, 1, |x, _| Rgb([x as u8; 3]));
+    let leaning = render(ramp, "map_Bump -bm 0.5 a.png");
+    let wanted = Vec3::new(-0.5, 1.0, 0.0).normalize();
+    assert!(
+        (leaning[8 * 4 + 4] - wanted).length() < 0.01,
+        "{}",
+        leaning[36]
+    );
+    // A normal map that leans up in the picture, which is -z on the floor.
+    let normals = RgbImage::from_pixel(4, 4, Rgb([128, 218, 218]));
+    let turned = render(normals, "norm a.png");
+    let wanted = Vec3::new(0.0, 1.0, -1.0).normalize();
+    assert!((turned[36] - wanted).length() < 0.02, "{}", turned[36]);
+    let away = RgbImage::from_pixel(4, 4, Rgb([128, 128, 0]));
+    assert_eq!(render(away, "norm a.png"), plain);
+}
+
+#[test]
+fn texture_coordinates_of_huge_or_no_value_do_no_harm() {
+    let texture = Texture::of_bitmap(Arc::new(Bitmap {
+        width: 3,
+        height: 2,
+        texels: Texels::Bytes(vec![[9, 9, 9, 255]; 6]),
+        has_alpha: false,
+    }));
+    for x in [0.0, 1.0, -1e-9, 1e9, -3e38, 3e38] {
+        let value = texture.value(Vec2::new(x, -x));
+        assert!((value - 9.0 / 255.0).abs() < 1e-6, "{x}: {value}");
+    }
+}
