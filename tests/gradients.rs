@@ -143,7 +143,7 @@ fn lens() {
     check("lens", Weights::Mis, &scene, &*tracer, &reference);
 }
 
-/// So many lamps that a tree chooses among them, by the point that is lit: base and offset path have
+/// So many lamps that the choice among them is by the place that is lit: base and offset path have
 /// densities of their own for the same lamp.
 #[test]
 fn many_lamps() {

@@ -199,7 +199,7 @@ fn kernels(scene: &Scene) -> Vec<String> {
     }
     let triangles = scene.lights.len();
     if scene.lights.depend_on_place() {
-        need(format!("light tree over {triangles} triangles"));
+        need(format!("light choice by place among {triangles} triangles"));
     } else if triangles > 0 {
         need(format!("light choice by power among {triangles} triangles"));
     }

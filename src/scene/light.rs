@@ -3,7 +3,7 @@
 use super::Scene;
 use super::alias::Alias;
 use super::environment::SkySample;
-use super::light_tree::{Emitter, LightTree};
+use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
 use crate::warp;
@@ -25,7 +25,7 @@ enum Choice {
     /// By power.
     Power(Alias),
     /// By what it may give to the point that is lit.
-    Tree(LightTree),
+    Place(LightGrid),
 }
 
 impl Default for Choice {
@@ -34,8 +34,8 @@ impl Default for Choice {
     }
 }
 
-/// From this many emitting triangles on a tree chooses among them.
-const TREE_FROM: usize = 64;
+/// From this many emitting triangles on the choice is by place.
+const MANY: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
 struct LightTriangle {
@@ -43,7 +43,7 @@ struct LightTriangle {
     ng: Vec3,
     /// Where it is not textured.
     radiance: Vec3,
-    /// Density of sampled points per area, over all lights; with a tree, once the triangle is chosen.
+    /// Density of sampled points per area, over all lights; with a choice by place, once the triangle is chosen.
     density: f32,
     offset: f32,
     triangle: u32,
@@ -118,7 +118,7 @@ impl Lights {
             };
         }
         let sky = if has_map { SKY_AMONG_LIGHTS } else { 0.0 };
-        let choice = if triangles.len() < TREE_FROM {
+        let choice = if triangles.len() < MANY {
             for light in &mut triangles {
                 light.density = (f64::from(light.density) / total * f64::from(1.0 - sky)) as f32;
             }
@@ -134,7 +134,7 @@ impl Lights {
                     power,
                 })
                 .collect();
-            Choice::Tree(LightTree::new(&emitters))
+            Choice::Place(LightGrid::new(&emitters, mesh.bounds))
         };
         Self {
             triangles,
@@ -164,16 +164,16 @@ impl Lights {
         match (found, &self.choice) {
             (Err(_), _) => 0.0,
             (Ok(light), Choice::Power(_)) => self.triangles[light].density,
-            (Ok(light), Choice::Tree(tree)) => {
-                self.triangles[light].density * tree.probability(light, from)
+            (Ok(light), Choice::Place(grid)) => {
+                self.triangles[light].density * grid.probability(light, from)
             }
         }
     }
 
-    /// Whether the density depends on the point that is lit: whether a tree chooses.
+    /// Whether the density depends on the point that is lit.
     #[inline]
     pub fn depend_on_place(&self) -> bool {
-        matches!(self.choice, Choice::Tree(_))
+        matches!(self.choice, Choice::Place(_))
     }
 
     /// Probability of sampling the environment's map.
@@ -231,7 +231,7 @@ impl Scene {
         u[0] = (u[0] - sky) / (1.0 - sky);
         let (light, probability) = match &self.lights.choice {
             Choice::Power(table) => (table.choose(u[0]), 1.0),
-            Choice::Tree(tree) => tree.choose(from, u[0])?,
+            Choice::Place(grid) => grid.choose(from, u[0]),
         };
         self.sample_triangle(light, probability, u)
     }

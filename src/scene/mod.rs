@@ -4,7 +4,7 @@ mod alias;
 pub mod camera;
 pub mod environment;
 pub mod light;
-mod light_tree;
+mod light_grid;
 pub mod material;
 pub mod mesh;
 pub mod texture;
