@@ -12,6 +12,7 @@ use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 use gdpt::sampler::{Dimension, Points, Sampler};
 use gdpt::scene::Scene;
+use gdpt::scene::light::LightSample;
 use gdpt::shift::{self, Joint};
 use gdpt::sums::TileSums;
 use gdpt::trace::rays::{ClosestBatch, Ray};
@@ -92,7 +93,10 @@ fn parts(c: &mut Criterion) {
             for (i, (x, _)) in pairs.iter().enumerate() {
                 let [a, b, c, _] =
                     Sampler::for_pixel(Points::Sobol, 0, i as u32, 0, 5).draw(Dimension::Light(1));
-                let light = scene.lights.sample([a, b, c]);
+                let Some(LightSample::Surface(light)) = scene.sample_light(x.position, [a, b, c])
+                else {
+                    continue;
+                };
                 let seen = shift::solid_angle_per_area(x.position, light.position, light.ng);
                 black_box(seen.and_then(|(wi, _)| x.eval(&scene, wi)));
             }

@@ -203,10 +203,14 @@ static void keep_closed(const struct RTCFilterFunctionNArguments *args) {
     leave_fast_mode(fast);
 }
 
-void gdpt_cut_out(RTCGeometry geometry, struct GdptCutouts *cutouts) {
-    cutouts->mode = enter_fast_mode();
-    leave_fast_mode(cutouts->mode);
-    rtcSetGeometryUserData(geometry, cutouts);
+unsigned gdpt_float_mode(void) {
+    float_mode mode = enter_fast_mode();
+    leave_fast_mode(mode);
+    return mode;
+}
+
+void gdpt_cut_out(RTCGeometry geometry, const struct GdptCutouts *cutouts) {
+    rtcSetGeometryUserData(geometry, (void *)cutouts);
     rtcSetGeometryIntersectFilterFunction(geometry, keep_closed);
     rtcSetGeometryOccludedFilterFunction(geometry, keep_closed);
 }

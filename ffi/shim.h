@@ -26,12 +26,13 @@ struct GdptCutouts {
     const void *mesh;
     int (*is_open)(const void *mesh, unsigned triangle, float u, float v);
     unsigned first;
-    /* The floating-point mode outside of the batches; set by gdpt_cut_out. */
+    /* The floating-point mode outside of the batches, from gdpt_float_mode. */
     unsigned mode;
 };
 
 /* Hits on the geometry count only where `is_open` says 0. `cutouts` must stay where it is. */
-void gdpt_cut_out(RTCGeometry geometry, struct GdptCutouts *cutouts);
+void gdpt_cut_out(RTCGeometry geometry, const struct GdptCutouts *cutouts);
+unsigned gdpt_float_mode(void);
 
 /* Counts the bytes that a device allocates, in *bytes (start at 0). */
 void gdpt_count_memory(RTCDevice device, ptrdiff_t *bytes);

@@ -37,6 +37,69 @@
 //! | [`progress`] | What the user sees while it works. | render, output |
 //! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
+//! # A tour
+//!
+//! What `gdpt render` does, in the order of the map:
+//!
+//! ```no_run
+//! use gdpt::error::Warnings;
+//! use gdpt::film::Film;
+//! use gdpt::filter::Filter;
+//! use gdpt::gradient::Weights;
+//! use gdpt::load::{obj, sidecar};
+//! use gdpt::path::PathSettings;
+//! use gdpt::render::{Job, Limits, Method, TILE_SIZE};
+//! use gdpt::sampler::Points;
+//! use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
+//! use gdpt::trace::Backend;
+//!
+//! # fn main() -> gdpt::error::Result<()> {
+//! // Files to data, as written; then what they mean.
+//! let path = std::path::Path::new("scenes/still.obj");
+//! let mut warnings = Warnings::new(false);
+//! let file = obj::load(path, &mut warnings)?;
+//! let toml = sidecar::load(path)?;
+//! let settings = SceneSettings {
+//!     environment: EnvironmentSetting::of_table(&toml.environment),
+//!     camera: toml.camera,
+//!     size: (384, 256),
+//!     roughness_threshold: 0.01,
+//! };
+//! let scene = Scene::build(path, file, &settings, &mut warnings)?;
+//!
+//! // A tree to trace with, and a film of sums.
+//! let tracer = Backend::DEFAULT.build(&scene.mesh, 2)?;
+//! let mut film = Film::new(384, 256, TILE_SIZE);
+//!
+//! // Base and offset paths of 64 samples of every pixel, tile by tile.
+//! let job = Job {
+//!     scene: &scene,
+//!     tracer: &*tracer,
+//!     method: Method::Gpt,
+//!     settings: PathSettings {
+//!         depth: 12,
+//!         seed: 0,
+//!         points: Points::Sobol,
+//!         weights: Weights::Mis,
+//!         filter: Filter::Box,
+//!     },
+//!     limits: Limits { samples: 64, time: None },
+//! };
+//! job.run(&mut film, &mut |_, _| None, &mut |_| ());
+//!
+//! // The picture of primal and differences.
+//! let picture = gdpt::picture::of_film(&film, gdpt::reconstruct::Method::Weighted);
+//! assert_eq!(picture.image.width, 384);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Where to read on: a path's vertices are in [`vertex`]; what the base path does at one, and how its offset
+//! paths follow, in `path/light.rs` and `path/bounce.rs`; the shift itself, decision by decision, in
+//! [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
+//! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
+//! [`reconstruct`].
+//!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen
 //! directly, which stays out of gradients and solve. Depth is counted in segments.

@@ -1,6 +1,6 @@
 //! The progressive render: passes over all tiles until enough samples, enough time, or a signal.
 
-use crate::film::Film;
+use crate::film::{Counted, Film};
 use crate::path::{Counts, PathSettings, PathTracer};
 use crate::sampler;
 use crate::scene::Scene;
@@ -190,12 +190,9 @@ impl Job<'_> {
                 tile.add(sums);
             }
         });
-        let (mut samples, mut weights) = ([0; 2], [0.0; 2]);
-        range.for_each(|n| {
-            samples[sampler::half(n)] += 1;
-            weights[sampler::half(n)] += f64::from(self.settings.position(n).weight);
-        });
-        film.end_pass(samples, weights);
+        let mut counted = [Counted::default(); 2];
+        range.for_each(|n| counted[sampler::half(n)].add(self.settings.position(n).weight));
+        film.end_pass(counted);
         for worker in workers {
             counts.add(&std::mem::take(&mut worker.counts));
         }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{shipped, tracer};
-use gdpt::film::Film;
+use gdpt::film::{Counted, Film};
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
@@ -34,7 +34,13 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
         sums.reset((SIDE * SIDE) as usize);
         paths.render(&scene, &*tracer, &settings, tile, 0..4, &mut sums);
         film.tiles[0].add(&sums);
-        film.end_pass([2, 2], [2.0, 2.0]);
+        film.end_pass(
+            [Counted {
+                samples: 2,
+                weight: 2.0,
+                square: 2.0,
+            }; 2],
+        );
     };
     // The first time the buffers grow.
     render();

@@ -64,6 +64,7 @@ fn plastic(alpha: f32, metallic: f32) -> Bsdf {
             tint: Vec3::new(1.0, 0.9, 0.5),
             metallic,
             metal: Vec3::new(0.9, 0.6, 0.3),
+            metal_is_albedo: false,
             alpha,
         },
     }
@@ -228,6 +229,7 @@ fn white_plastic_reflects_everything() {
                 tint: Vec3::ONE,
                 metallic: 0.0,
                 metal: Vec3::ZERO,
+                metal_is_albedo: false,
                 alpha,
             },
         };

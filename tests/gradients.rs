@@ -9,6 +9,7 @@ mod common;
 use common::{Mean, Render, SCENES, differences, largest_z, shipped, tracer};
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
+use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::{self, CameraTable};
 use gdpt::reconstruct::{Problem, l2};
 use gdpt::render::Method;
@@ -190,12 +191,17 @@ fn many_lamps() {
         environment: None,
         roughness_threshold: 0.01,
     };
+    let coloured = |ke| MtlMaterial {
+        ke: Some(ke),
+        ..Default::default()
+    };
     let materials = vec![
         common::lambert(0.7),
         common::lambert(0.3),
-        common::light(3.0),
-        common::light(0.5),
+        coloured([4.0, 1.0, 0.2]),
+        coloured([0.1, 0.8, 2.0]),
     ];
+    // With equal channels there would be a third as many independent regions.
     let scene = common::polygons(&all, materials, &settings);
     assert!(scene.lights.depend_on_place());
     let tracer = tracer(&scene);

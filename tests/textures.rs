@@ -3,6 +3,7 @@
 mod common;
 
 use assert_cmd::Command;
+use clap::ValueEnum;
 use common::{Render, Rng, chi_square, scene_of_file, tracer};
 use gdpt::error::Warnings;
 use gdpt::film::Halves;
@@ -11,6 +12,7 @@ use gdpt::load::obj;
 use gdpt::render::Method;
 use gdpt::scene::environment::EnvironmentMap;
 use gdpt::scene::texture::Texture;
+use gdpt::trace::Backend;
 use glam::{Vec2, Vec3};
 use image::{Rgb, Rgb32FImage, RgbImage, Rgba, RgbaImage};
 use std::sync::Arc;
@@ -205,6 +207,34 @@ fn what_is_cut_out_is_not_there() {
     assert!(hidden[0].iter().zip(&without[0]).all(|(h, w)| h < w));
 }
 
+/// A scene of nothing but triangles with holes.
+#[test]
+fn everything_may_have_holes() {
+    let folder = folder("newmtl m\nKd 0.6 0.6 0.6\nmap_d a.png\n");
+    let picture = RgbaImage::from_fn(64, 64, |x, _| {
+        Rgba([255, 255, 255, if x < 32 { 0 } else { 255 }])
+    });
+    picture.save(folder.path().join("a.png")).unwrap();
+    let scene = scene_of_file(&folder.path().join("a.obj"), 16, 16);
+    assert_eq!(scene.mesh.cutouts.as_ref().unwrap().first, 0);
+    for backend in Backend::value_variants() {
+        let tracer = backend.build(&scene.mesh, 1).unwrap();
+        let film = Render {
+            spp: 4,
+            ..Default::default()
+        }
+        .film(&scene, &*tracer);
+        let hits = film.first_hits().depth;
+        // The floor fills the picture but for its border.
+        for (index, depth) in hits.iter().enumerate() {
+            let (x, y) = (index % 16, index / 16);
+            if (2..14).contains(&x) && (2..14).contains(&y) && x != 7 && x != 8 {
+                assert_eq!(*depth > 0.0, x > 7, "{backend:?} {x} {y}");
+            }
+        }
+    }
+}
+
 /// Emission by a texture of two halves: light sampling and BSDF sampling agree on what arrives.
 #[test]
 fn a_textured_lamp_gives_the_light_of_its_bright_half() {
@@ -234,10 +264,10 @@ fn a_textured_lamp_gives_the_light_of_its_bright_half() {
 }
 
 /// A sky with a dark band, a bright spot and values next to black.
-fn sky() -> EnvironmentMap {
+fn sky(sun: f32) -> EnvironmentMap {
     let mut values = vec![[0.2f32, 0.3, 0.5]; 32 * 16];
     values[32 * 7..32 * 9].fill([0.0; 3]);
-    values[32 * 4 + 9] = [90.0, 80.0, 60.0];
+    values[32 * 4 + 9] = [sun, 0.9 * sun, 0.7 * sun];
     let bitmap = Bitmap {
         width: 32,
         height: 16,
@@ -253,8 +283,14 @@ fn sky() -> EnvironmentMap {
 /// Samples against their density by χ² at 1e-5, the integral of the density, and the light in all.
 #[test]
 fn directions_to_the_sky_follow_their_density() {
+    for sun in [90.0, 1e5] {
+        check_sky(sun);
+    }
+}
+
+fn check_sky(sun: f32) {
     const FINE: usize = 8;
-    let sky = sky();
+    let sky = sky(sun);
     // Longitude and latitude in turns, as the documentation has them: the middle of the picture towards +z,
     // a quarter of it towards +x, turned by 35 degrees.
     let turned = 35.0 / 360.0;

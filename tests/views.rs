@@ -39,7 +39,7 @@ fn a_turntable_is_a_folder_of_views() {
         "--quiet",
     ];
     let args = [
-        &["render", "scenes/glossy.obj", "-o", out.to_str().unwrap()],
+        &["render", "scenes/still.obj", "-o", out.to_str().unwrap()],
         &flags[..],
     ]
     .concat();
@@ -48,7 +48,7 @@ fn a_turntable_is_a_folder_of_views() {
     // The first is the plain view.
     let plain = folder.path().join("plain.png");
     let args = [
-        &["render", "scenes/glossy.obj", "-o", plain.to_str().unwrap()],
+        &["render", "scenes/still.obj", "-o", plain.to_str().unwrap()],
         &flags[2..],
     ]
     .concat();
@@ -59,7 +59,7 @@ fn a_turntable_is_a_folder_of_views() {
     }
     let none = [
         "render",
-        "scenes/glossy.obj",
+        "scenes/still.obj",
         "-o",
         "x.png",
         "--turntable",

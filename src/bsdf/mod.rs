@@ -225,6 +225,9 @@ impl Bsdf {
             Bsdf::Plastic { mut coat, .. } => {
                 coat.alpha = alpha;
                 coat.tint *= specular;
+                if coat.metal_is_albedo {
+                    coat.metal = colour;
+                }
                 Bsdf::Plastic {
                     albedo: colour,
                     coat,

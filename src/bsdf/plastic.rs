@@ -23,6 +23,8 @@ pub struct Coat {
     pub metallic: f32,
     /// The metal's reflectance at normal incidence.
     pub metal: Vec3,
+    /// Whether that is the colour of the Lambert part, also where a texture gives it.
+    pub metal_is_albedo: bool,
     /// GGX roughness; 0 for a smooth coat, else at least [`SMOOTHEST`].
     pub alpha: f32,
 }

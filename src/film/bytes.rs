@@ -8,7 +8,7 @@ impl Film {
     /// Bytes that [`Film::write_to`] writes.
     pub fn bytes(&self) -> u64 {
         let pixels: usize = self.tiles.iter().map(|t| t.pixels.len()).sum();
-        32 + (pixels * BYTES) as u64
+        48 + (pixels * BYTES) as u64
     }
 
     /// Writes the sums of all samples. What tiles hold for their neighbours is empty between passes.
@@ -16,7 +16,7 @@ impl Film {
         for n in self.samples {
             out.write_all(&n.to_le_bytes())?;
         }
-        for weight in self.weights {
+        for weight in self.weights.iter().chain(&self.squares) {
             out.write_all(&weight.to_le_bytes())?;
         }
         for pixel in self.tiles.iter().flat_map(|t| &t.pixels) {
@@ -32,7 +32,7 @@ impl Film {
             input.read_exact(&mut bytes)?;
             *n = u64::from_le_bytes(bytes);
         }
-        for weight in &mut self.weights {
+        for weight in self.weights.iter_mut().chain(&mut self.squares) {
             let mut bytes = [0; 8];
             input.read_exact(&mut bytes)?;
             *weight = f64::from_le_bytes(bytes);

@@ -78,6 +78,28 @@ pub struct Film {
     pub samples: [u64; 2],
     /// Sum of what they count by the pixel filter: their number, but for a filter that is in part negative.
     weights: [f64; 2],
+    /// Sum of the squares of that.
+    squares: [f64; 2],
+}
+
+/// The samples of a pass in one half.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counted {
+    /// Their number.
+    pub samples: u64,
+    /// Sum of what they count by the pixel filter.
+    pub weight: f64,
+    /// Sum of its squares.
+    pub square: f64,
+}
+
+impl Counted {
+    /// One more, which counts `weight`.
+    pub fn add(&mut self, weight: f32) {
+        self.samples += 1;
+        self.weight += f64::from(weight);
+        self.square += f64::from(weight) * f64::from(weight);
+    }
 }
 
 /// Means of what the camera rays met.
@@ -211,12 +233,13 @@ impl Film {
             tiles,
             samples: [0; 2],
             weights: [0.0; 2],
+            squares: [0.0; 2],
         }
     }
 
-    /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `samples`
-    /// counts those of the pass in each half, `weights` sums what they count.
-    pub fn end_pass(&mut self, samples: [u64; 2], weights: [f64; 2]) {
+    /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `counted`
+    /// are the samples of the pass in each half.
+    pub fn end_pass(&mut self, counted: [Counted; 2]) {
         let columns = self.width.div_ceil(self.tile_size) as usize;
         for index in 0..self.tiles.len() {
             let borders = std::mem::take(&mut self.tiles[index].borders);
@@ -246,10 +269,11 @@ impl Film {
             }
             self.tiles[index].borders = borders;
         }
-        self.samples[0] += samples[0];
-        self.samples[1] += samples[1];
-        self.weights[0] += weights[0];
-        self.weights[1] += weights[1];
+        for (half, counted) in counted.iter().enumerate() {
+            self.samples[half] += counted.samples;
+            self.weights[half] += counted.weight;
+            self.squares[half] += counted.square;
+        }
     }
 
     /// Visits every pixel with its index `y * width + x` in the image.
@@ -350,10 +374,12 @@ impl Film {
     fn moments(&self, halves: Halves, pixel: &Pixel) -> HalfPixel {
         let n = self.count(halves) as f32;
         let weight = self.weight(halves);
+        // What a filter makes of equal samples is no variance.
+        let square = (self.squares[halves.range()].iter().sum::<f64>() / f64::from(n)) as f32;
         // Of a mean over n samples; one sample alone says nothing.
         let variance = |sum_sq: Vec3, mean_sq: Vec3| {
             if n > 1.0 {
-                (sum_sq / n - mean_sq).max(Vec3::ZERO) / (n - 1.0)
+                (sum_sq / n - mean_sq * square).max(Vec3::ZERO) / (n - 1.0)
             } else {
                 Vec3::INFINITY
             }

@@ -42,6 +42,14 @@ pub fn load(path: &Path) -> Result<Bitmap> {
     } else {
         load_image(path)?
     };
+    let (width, height) = (bitmap.width as usize, bitmap.height as usize);
+    let count = match &bitmap.texels {
+        Texels::Bytes(bytes) => bytes.len(),
+        Texels::Floats { values, .. } => values.len(),
+    };
+    if count == 0 || count != width * height {
+        return Err(Error::input(path, None, "has no pixels"));
+    }
     let finite = match &bitmap.texels {
         Texels::Bytes(_) => true,
         Texels::Floats { values, .. } => values.iter().flatten().all(|x| x.is_finite()),

@@ -293,7 +293,11 @@ impl Textures {
                         Err(format!("no texture {}", path.display()))
                     };
                     if let Err(reason) = &bitmap {
-                        warnings.push(format!("{}: {reason}; grey is used instead", map.at))?;
+                        let instead = match map.key.as_str() {
+                            "map_kd" | "map_ks" | "map_pr" => "grey is used instead",
+                            _ => "it is left out",
+                        };
+                        warnings.push(format!("{}: {reason}; {instead}", map.at))?;
                     }
                     let bitmap = bitmap.ok().map(Arc::new);
                     self.0.insert(path, bitmap.clone());

@@ -59,7 +59,13 @@ pub fn replay<const N: usize>(
     }
     log.suffix(&paths);
     paths.collect();
-    let sample = paths.front.samples[0];
+    let mut sample_of_pixel = paths.front.samples[0];
+    let weight = settings.position(sample).weight;
+    if weight != 1.0 {
+        log.say(0, format!("all of it counts {weight} by the pixel filter"));
+        sample_of_pixel.scale(weight);
+    }
+    let sample = sample_of_pixel;
     log.sample(&sample, N);
     Replay {
         lines: log.lines,

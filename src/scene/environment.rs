@@ -90,7 +90,6 @@ impl EnvironmentMap {
         };
         let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::new());
         columns.reserve_exact(width * height);
-        let mut sums = Vec::with_capacity(height);
         let mut total = 0.0;
         for y in 0..height {
             let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
@@ -105,18 +104,22 @@ impl EnvironmentMap {
             columns.extend(cumulative.iter().map(|c| (c * scale) as f32));
             total += sum * (edge(y, height) - edge(y + 1, height));
             rows.push(total);
-            sums.push(sum);
         }
-        (total > 0.0 && total.is_finite()).then(|| Self {
+        let rows: Vec<f32> = rows.iter().map(|r| (r / total) as f32).collect();
+        // From the table as it is, so that they are those of what is drawn from it.
+        let density = |y: usize| {
+            let before = if y == 0 { 0.0 } else { rows[y - 1] };
+            let solid_angle = std::f64::consts::TAU * (edge(y, height) - edge(y + 1, height));
+            (f64::from(rows[y] - before) / solid_angle) as f32
+        };
+        let row_densities = (0..height).map(density).collect();
+        (total > 0.0 && total.is_finite()).then_some(Self {
             scale,
             rotation: rotation / 360.0,
             z_up,
-            rows: rows.iter().map(|r| (r / total) as f32).collect(),
+            row_densities,
+            rows,
             columns,
-            row_densities: sums
-                .iter()
-                .map(|sum| (sum / total / std::f64::consts::TAU) as f32)
-                .collect(),
             texture,
         })
     }
@@ -126,7 +129,9 @@ impl EnvironmentMap {
     fn place(&self, d: Vec3) -> Vec2 {
         let (x, up, z) = self.axes(d);
         let across = x.atan2(-z) / TAU + self.rotation;
-        Vec2::new(across - across.floor(), up.clamp(-1.0, 1.0).acos() / PI)
+        // Exact at the poles too, where the cosine is not.
+        let down = x.hypot(z).atan2(up) / PI;
+        Vec2::new(across - across.floor(), down)
     }
 
     /// East, up and south of a direction.

@@ -17,6 +17,8 @@ pub struct Lights {
     choice: Choice,
     /// Probability of sampling the environment's map in place of a triangle; 0 where there is none.
     sky: f32,
+    /// Whether any triangle emits, be it that none is sampled.
+    emit: bool,
 }
 
 /// How one of the triangles is chosen.
@@ -114,6 +116,7 @@ impl Lights {
         if total <= 0.0 {
             return Self {
                 sky: if has_map { 1.0 } else { 0.0 },
+                emit: !triangles.is_empty(),
                 ..Self::default()
             };
         }
@@ -125,7 +128,9 @@ impl Lights {
             Choice::Power(Alias::new(&powers))
         } else {
             for light in &mut triangles {
-                light.density = (1.0 - sky) / mesh.area(light.triangle);
+                let per_area = (1.0 - sky) / mesh.area(light.triangle);
+                // What is too small for its area to be a number is not sampled.
+                light.density = if per_area.is_finite() { per_area } else { 0.0 };
             }
             let emitters: Vec<Emitter> = std::iter::zip(&triangles, &powers)
                 .map(|(light, &power)| Emitter {
@@ -140,7 +145,13 @@ impl Lights {
             triangles,
             choice,
             sky,
+            emit: true,
         }
+    }
+
+    /// Whether any triangle emits.
+    pub fn emit(&self) -> bool {
+        self.emit
     }
 
     /// Whether nothing is sampled as a light.
@@ -207,6 +218,9 @@ impl Scene {
         } else {
             light.radiance
         };
+        if light.density == 0.0 {
+            return None;
+        }
         let [p0, p1, p2] = light.corners;
         Some(LightSample::Surface(SurfaceSample {
             position: p0 * (1.0 - b - c) + p1 * b + p2 * c,

@@ -124,7 +124,8 @@ impl Material {
             warn("is transparent (d, Tr) but has no Ni; it is taken as opaque")?;
         }
         // Metals have the colour Ks; files that know of metals alone (Pm) may give it as Kd.
-        let (metal, metal_map) = if given_ks.is_none() && ks_map.is_none() && m.pm.is_some() {
+        let metal_is_kd = given_ks.is_none() && ks_map.is_none() && m.pm.is_some();
+        let (metal, metal_map) = if metal_is_kd {
             (kd, &kd_map)
         } else {
             (ks, &ks_map)
@@ -172,7 +173,10 @@ impl Material {
                     (2.0 * ks).min(Vec3::ONE)
                 },
                 metallic,
-                metal,
+                metal: ks_map
+                    .as_ref()
+                    .map_or(metal, |map| map.mean().clamp(Vec3::ZERO, Vec3::ONE)),
+                metal_is_albedo: metal_is_kd,
                 alpha: if smooth {
                     0.0
                 } else {

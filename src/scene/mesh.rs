@@ -192,13 +192,14 @@ impl Mesh {
         self.cutouts.as_ref().is_some_and(|c| triangle >= c.first)
     }
 
-    /// How many faces of the material lack texture coordinates.
-    pub fn without_texcoords(&self, material: u32) -> usize {
-        let of_material = |t: &u32| self.material_of[*t as usize] == material;
-        let all = 0..self.triangles.len() as u32;
-        all.filter(of_material)
-            .filter(|&t| self.corner_texcoords(t).is_none())
-            .count()
+    /// How many triangles of each of `materials` lack texture coordinates.
+    pub fn without_texcoords(&self, materials: usize) -> Vec<usize> {
+        let mut counts = vec![0; materials];
+        for (triangle, &material) in self.material_of.iter().enumerate() {
+            let lacks = self.corner_texcoords(triangle as u32).is_none();
+            counts[material as usize] += usize::from(lacks);
+        }
+        counts
     }
 
     /// The area of a triangle.

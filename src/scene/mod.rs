@@ -112,13 +112,13 @@ impl Scene {
             .collect::<Result<Vec<_>>>()?;
         let opacity = obj.materials.iter().map(Material::opacity).collect();
         let mesh = Mesh::new(obj, opacity);
-        for (index, material) in materials.iter().enumerate() {
-            if material.textures.is_some() {
-                let count = mesh.without_texcoords(index as u32);
-                if count > 0 {
+        if materials.iter().any(|m| m.textures.is_some()) {
+            let counts = mesh.without_texcoords(materials.len());
+            for (material, count) in materials.iter().zip(counts) {
+                if material.textures.is_some() && count > 0 {
                     warnings.push(format!(
-                        "{}: {count} faces of material '{}' have no texture coordinates: its textures are one \
-                         colour there",
+                        "{}: {count} triangles of material '{}' have no texture coordinates: its textures are \
+                         one colour there",
                         path.display(),
                         material.name
                     ))?;
@@ -127,7 +127,7 @@ impl Scene {
         }
         let has_map = matches!(settings.environment, Some(EnvironmentSetting::Map { .. }));
         let lights = Lights::new(&mesh, &materials, has_map);
-        let environment = environment(settings, lights.is_empty(), warnings)?;
+        let environment = environment(settings, !lights.emit(), warnings)?;
         let camera = Camera::new(&settings.camera, (width, height), mesh.bounds)?;
         Ok(Self {
             mesh: Arc::new(mesh),

@@ -173,6 +173,7 @@ impl Texture {
     {
         let (width, height) = (self.bitmap.width as usize, self.bitmap.height as usize);
         let uv = uv * self.scale + self.offset;
+        let uv = if uv.is_finite() { uv } else { Vec2::ZERO };
         let uv = if self.clamp {
             uv.clamp(Vec2::ZERO, Vec2::ONE)
         } else {

@@ -51,7 +51,7 @@ pub enum Build {
 pub struct Embree {
     scene: Owned<sys::RTCSceneTy>,
     /// What Embree's filter asks with.
-    cutouts: Option<Box<sys::GdptCutouts>>,
+    cutouts: Option<Arc<sys::GdptCutouts>>,
     /// Embree reads positions and indices from here.
     _mesh: Arc<Mesh>,
     _device: Owned<sys::RTCDeviceTy>,
@@ -114,12 +114,12 @@ impl Embree {
                 .cutouts
                 .as_ref()
                 .map_or(mesh.triangles.len(), |c| c.first as usize);
-            let mut cutouts = mesh.cutouts.as_ref().map(|cutouts| {
-                Box::new(sys::GdptCutouts {
+            let cutouts = mesh.cutouts.as_ref().map(|cutouts| {
+                Arc::new(sys::GdptCutouts {
                     mesh: Arc::as_ptr(&mesh).cast(),
                     is_open: Some(is_open),
                     first: cutouts.first,
-                    mode: 0,
+                    mode: sys::gdpt_float_mode(),
                 })
             });
             // An empty geometry keeps the numbers: 0 for the rest, 1 for those with holes.
@@ -157,8 +157,8 @@ impl Embree {
                     size_of::<[u32; 3]>(),
                     triangles.len(),
                 );
-                if let (1, Some(cutouts)) = (part, &mut cutouts) {
-                    sys::gdpt_cut_out(geometry.pointer, &mut **cutouts);
+                if let (1, Some(cutouts)) = (part, &cutouts) {
+                    sys::gdpt_cut_out(geometry.pointer, Arc::as_ptr(cutouts));
                 }
                 sys::rtcCommitGeometry(geometry.pointer);
                 sys::rtcAttachGeometryByID(scene.pointer, geometry.pointer, part as u32);
