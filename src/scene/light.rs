@@ -197,7 +197,7 @@ impl Lights {
 impl Scene {
     /// Draws a point on a light that may light `from`, or a direction to the environment, with `u` in
     /// [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. `None` where no light comes from there.
-    #[inline]
+    #[inline(always)]
     pub fn sample_light(&self, from: Vec3, u: [f32; 3]) -> Option<LightSample> {
         let lights = &self.lights;
         match &lights.choice {
