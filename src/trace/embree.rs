@@ -114,6 +114,8 @@ impl Embree {
                 .cutouts
                 .as_ref()
                 .map_or(mesh.triangles.len(), |c| c.first as usize);
+            // An Arc for its pointer, which stays valid when the struct around it moves; it is not shared.
+            #[allow(clippy::arc_with_non_send_sync)]
             let cutouts = mesh.cutouts.as_ref().map(|cutouts| {
                 Arc::new(sys::GdptCutouts {
                     mesh: Arc::as_ptr(&mesh).cast(),
