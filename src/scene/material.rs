@@ -54,7 +54,7 @@ const COAT_INDEX: f32 = 1.5;
 const DULL_EXPONENT: f32 = 10.0;
 
 impl Material {
-    /// Interprets an MTL material. Says which lobe is dropped where there is more than one.
+    /// Interprets an MTL material, by the tables of the README.
     pub fn from_mtl(
         m: &MtlMaterial,
         roughness_threshold: f32,
@@ -66,7 +66,7 @@ impl Material {
             warnings.push(format!("{}: material '{}': {what}", path.display(), m.name))
         };
 
-        // Textures take the place of the plain values; of those that are missing, grey does.
+        // Textures: they take the place of the plain values; of those that are missing, grey does.
         let texture = |key: &str, meaning| m.map(key).and_then(|map| Texture::new(map, meaning));
         let missing = |key: &str| m.map(key).is_some_and(|map| map.bitmap.is_none());
         let kd_map = texture("map_kd", Meaning::Colour);
@@ -80,6 +80,7 @@ impl Material {
             (None, None) => None,
         };
 
+        // Emission.
         let mut emission = colour(m.ke, 0.0);
         if emission.min_element() < 0.0 {
             return Err(Error::input(
@@ -91,6 +92,7 @@ impl Material {
         if ke_map.is_some() && emission == Vec3::ZERO {
             emission = Vec3::ONE;
         }
+        // Reflectances.
         let mut reflectance = |c: Vec3, name: &str| -> Result<Vec3> {
             if c.min_element() < 0.0 || c.max_element() > 1.0 {
                 warn(&format!("{name} is outside of 0 to 1 and clamped"))?;
@@ -107,6 +109,7 @@ impl Material {
         // Programs that know no highlights write Ns 0 beside a white Ks.
         let specular = (ks != Vec3::ZERO || ks_map.is_some()) && m.ns.is_none_or(|ns| ns > 0.0);
 
+        // Roughness and transparency.
         let metallic = m.pm.unwrap_or(0.0).clamp(0.0, 1.0);
         let has_roughness = m.pr.is_some() || m.map("map_pr").is_some();
         let pr_alpha = |pr: f32| pr.clamp(0.0, 1.0).powi(2);
@@ -123,7 +126,7 @@ impl Material {
         if see_through && m.ni.is_none() && !matches!(m.illum, Some(5 | 6 | 7 | 9)) {
             warn("is transparent (d, Tr) but has no Ni; it is taken as opaque")?;
         }
-        // Metals have the colour Ks; files that know of metals alone (Pm) may give it as Kd.
+        // What scatters. Metals have the colour Ks; files that know of metals alone (Pm) may give it as Kd.
         let metal_is_kd = given_ks.is_none() && ks_map.is_none() && m.pm.is_some();
         let (metal, metal_map) = if metal_is_kd {
             (kd, &kd_map)
@@ -162,10 +165,9 @@ impl Material {
             } else {
                 phong_alpha(m.ns.unwrap_or(DULL_EXPONENT))
             };
-            let index = m.ni.filter(|&ni| ni > 1.0).unwrap_or(COAT_INDEX);
             let smooth = alpha < plastic::SMOOTHEST && pr_map.is_none();
             let coat = Coat {
-                f0: ((index - 1.0) / (index + 1.0)).powi(2),
+                f0: coat_f0(m.ni),
                 // What modelling programs write for an ordinary dielectric is 0.5.
                 tint: if ks_map.is_some() || given_ks.is_none() {
                     Vec3::ONE
@@ -188,6 +190,7 @@ impl Material {
             (Bsdf::Lambert { albedo: kd }, &kd_map)
         };
 
+        // Class and survival.
         let emission = (emission != Vec3::ZERO).then_some(emission);
         let class = if emission.is_some() || bsdf.roughness() > roughness_threshold {
             Class::Rough
@@ -246,6 +249,12 @@ impl Material {
         m.map("map_d")
             .and_then(|map| Texture::new(map, Meaning::Opacity))
     }
+}
+
+/// The reflectance of a coat at normal incidence. Programs that know no index write 1.
+fn coat_f0(index: Option<f32>) -> f32 {
+    let index = index.filter(|&ni| ni > 1.0).unwrap_or(COAT_INDEX);
+    ((index - 1.0) / (index + 1.0)).powi(2)
 }
 
 /// `textured`: a texture gives the roughness, so that it may be anything.
