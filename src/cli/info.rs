@@ -6,6 +6,10 @@ use std::path::PathBuf;
 
 /// `gdpt info`
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gdpt info scene.obj                    materials, lights, textures, camera, warnings, memory, kernels
+  gdpt info scene.obj --json info.json   the same for machines")]
 pub struct InfoArgs {
     /// The scene, as for `gdpt render`
     pub scene: PathBuf,

@@ -93,6 +93,7 @@ pub struct Render {
     pub points: Points,
     pub depth: u32,
     pub tile_size: u32,
+    pub filter: Filter,
 }
 
 impl Default for Render {
@@ -105,6 +106,7 @@ impl Default for Render {
             points: Points::Sobol,
             depth: 12,
             tile_size: 32,
+            filter: Filter::Box,
         }
     }
 }
@@ -121,7 +123,7 @@ impl Render {
                 seed: self.seed,
                 points: self.points,
                 weights: self.weights,
-                filter: Filter::Box,
+                filter: self.filter,
             },
             limits: Limits {
                 samples: self.spp,
