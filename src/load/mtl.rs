@@ -146,6 +146,8 @@ fn canonical(
                 out.push_str(&format!("{MAP}{} x\n", maps.len()));
                 maps.push(map);
             }
+            // Only what stands above may say this.
+            Some(key) if key.starts_with(MAP) => {}
             _ => {
                 out.push_str(line);
                 out.push('\n');
@@ -235,6 +237,13 @@ mod tests {
                 maps: Vec::new(),
             }
         );
+    }
+
+    #[test]
+    fn our_own_words_mean_nothing_in_files() {
+        let m =
+            read("newmtl a\nmap_Kd a.png\nnewmtl b\ngdpt_map_0 x\n\tgdpt_map_75 0.5\n").unwrap();
+        assert_eq!((m[0].maps.len(), m[1].maps.len()), (1, 0));
     }
 
     #[test]
