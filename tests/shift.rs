@@ -4,7 +4,7 @@
 mod common;
 
 use common::polygons;
-use gdpt::bsdf::{Eval, Lobe};
+use gdpt::bsdf::{Bsdf, Eval, Lobe};
 use gdpt::frame::Frame;
 use gdpt::load::{mtl::MtlMaterial, sidecar::CameraTable};
 use gdpt::scene::{Scene, SceneSettings};
@@ -146,7 +146,8 @@ fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
         local_wi,
         eval,
         lobe,
-        delta: bsdf.is_delta() || (single && local_wi.abs_diff_eq(mirrored, 1e-4)),
+        delta: matches!(bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
+            || (single && local_wi.abs_diff_eq(mirrored, 1e-4)),
     }
 }
 

@@ -36,12 +36,5 @@ pub(super) fn sample(f0: Vec3, alpha: f32, wo: Vec3, u: [f32; 2]) -> Option<Samp
     let up = Vec3::new(wo.x, wo.y, wo.z.abs());
     let mut wi = reflect(up, ggx::sample(up, alpha, u));
     wi.z *= side;
-    let Eval { value, pdf } = eval(f0, alpha, wo, wi)?;
-    Some(Sampled {
-        wi,
-        value,
-        pdf,
-        lobe: Lobe::Reflection,
-        delta: false,
-    })
+    Some(eval(f0, alpha, wo, wi)?.sampled(wi, Lobe::Reflection))
 }

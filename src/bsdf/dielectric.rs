@@ -33,14 +33,7 @@ pub(super) fn sample_smooth(ior: f32, tint: Vec3, wo: Vec3, u: f32) -> Option<Sa
         Lobe::Reflection => Vec3::new(-wo.x, -wo.y, wo.z),
         Lobe::Transmission => refract_smooth(ior, wo)?,
     };
-    let Eval { value, pdf } = eval_smooth(ior, tint, wo, lobe);
-    Some(Sampled {
-        wi,
-        value,
-        pdf,
-        lobe,
-        delta: true,
-    })
+    Some(eval_smooth(ior, tint, wo, lobe).sampled_delta(wi, lobe))
 }
 
 #[inline]
@@ -99,12 +92,5 @@ pub(super) fn sample(
     if (wo.z * wi.z > 0.0) != (lobe == Lobe::Reflection) {
         return None;
     }
-    let Eval { value, pdf } = eval(ior, alpha, tint, wo, wi)?;
-    Some(Sampled {
-        wi,
-        value,
-        pdf,
-        lobe,
-        delta: false,
-    })
+    Some(eval(ior, alpha, tint, wo, wi)?.sampled(wi, lobe))
 }

@@ -89,6 +89,29 @@ pub struct Eval {
     pub pdf: f32,
 }
 
+impl Eval {
+    /// The sampled direction that this was evaluated for, not a single one.
+    #[inline]
+    fn sampled(self, wi: Vec3, lobe: Lobe) -> Sampled {
+        Sampled {
+            wi,
+            value: self.value,
+            pdf: self.pdf,
+            lobe,
+            delta: false,
+        }
+    }
+
+    /// As above, for a single direction.
+    #[inline]
+    fn sampled_delta(self, wi: Vec3, lobe: Lobe) -> Sampled {
+        Sampled {
+            delta: true,
+            ..self.sampled(wi, lobe)
+        }
+    }
+}
+
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampled {
@@ -105,12 +128,6 @@ pub struct Sampled {
 }
 
 impl Bsdf {
-    /// Whether all its scattering is into single directions (Dirac deltas).
-    #[inline]
-    pub fn is_delta(&self) -> bool {
-        matches!(self, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
-    }
-
     /// Value and density for `wo` → `wi`, single directions left out. `None` where sampling cannot produce
     /// `wi` at all (wrong side, no such lobe): a path through such a pair is outside the sampled path space.
     #[inline]

@@ -145,14 +145,8 @@ pub(super) fn sample(
     let up = Vec3::new(wo.x, wo.y, wo.z.abs());
     let of_coat = u_lobe < coat.probability(albedo, up.z);
     if of_coat && coat.is_smooth() {
-        let Eval { value, pdf } = eval_smooth(albedo, coat, wo)?;
-        return Some(Sampled {
-            wi: Vec3::new(-wo.x, -wo.y, wo.z),
-            value,
-            pdf,
-            lobe: Lobe::Reflection,
-            delta: true,
-        });
+        let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
+        return Some(eval_smooth(albedo, coat, wo)?.sampled_delta(mirrored, Lobe::Reflection));
     }
     let mut wi = if of_coat {
         reflect(up, ggx::sample(up, coat.alpha, u))
@@ -160,14 +154,7 @@ pub(super) fn sample(
         warp::cosine_hemisphere(u)
     };
     wi.z *= side;
-    let Eval { value, pdf } = eval(albedo, coat, wo, wi)?;
-    Some(Sampled {
-        wi,
-        value,
-        pdf,
-        lobe: Lobe::Reflection,
-        delta: false,
-    })
+    Some(eval(albedo, coat, wo, wi)?.sampled(wi, Lobe::Reflection))
 }
 
 /// Shares of light that rough coats reflect in all: of a facet reflectance f0 + (1 - f0)(1 - cos)⁵ they

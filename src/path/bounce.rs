@@ -224,7 +224,7 @@ impl<const N: usize> Bounce<N> {
                     // A constant environment is not sampled as a light.
                     _ => ByLight::Never,
                 };
-                (scene.sky(direction), by_light)
+                (scene.environment.radiance(direction), by_light)
             }
         };
         let at_base = by_light.density(scene, x.position);
@@ -262,7 +262,7 @@ impl<const N: usize> Bounce<N> {
                     let end = End::new(scene, continuation.hit(ray), direction);
                     let arrived = match (&self.end, &end) {
                         (End::Environment(_), End::Environment(direction)) => {
-                            Ok(scene.sky(*direction))
+                            Ok(scene.environment.radiance(*direction))
                         }
                         (End::Environment(_), _) => Err(Death::Missed),
                         (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),

@@ -124,7 +124,8 @@ impl<const N: usize> Wavefront<N> {
                 let sum = &mut sums.pixels[pixel as usize];
                 match end {
                     End::Environment(direction) => {
-                        self.samples[pixel as usize].direct = scene.sky(*direction);
+                        self.samples[pixel as usize].direct =
+                            scene.environment.radiance(*direction);
                     }
                     End::Light(light) => {
                         self.samples[pixel as usize].direct = light.radiance;

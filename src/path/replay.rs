@@ -59,13 +59,12 @@ pub fn replay<const N: usize>(
     }
     log.suffix(&paths);
     paths.collect();
-    let mut sample_of_pixel = paths.front.samples[0];
     let weight = settings.position(sample).weight;
+    let mut sample = paths.front.samples[0];
     if weight != 1.0 {
         log.say(0, format!("all of it counts {weight} by the pixel filter"));
-        sample_of_pixel.scale(weight);
+        sample.scale(weight);
     }
-    let sample = sample_of_pixel;
     log.sample(&sample, N);
     Replay {
         lines: log.lines,
@@ -113,7 +112,7 @@ fn end(scene: &Scene, end: &End) -> String {
         }
         End::Light(l) => format!("the back of a light at {}", vector(l.position)),
         End::Environment(direction) => {
-            let radiance = vector(scene.sky(*direction));
+            let radiance = vector(scene.environment.radiance(*direction));
             format!("the environment, radiance {radiance}")
         }
     }

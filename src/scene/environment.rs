@@ -84,19 +84,24 @@ impl EnvironmentMap {
         };
         // What bilinear lookups have over a pixel in the mean, so that no light is without samples: of each
         // line 1/8 of the neighbours and 6/8 of the pixel itself; times its solid angle.
-        let across = |x: usize, y: usize| {
-            let (left, right) = ((x + width - 1) % width, (x + 1) % width);
-            0.75 * luminance(x, y) + 0.125 * (luminance(left, y) + luminance(right, y))
+        let line = |y: usize| -> Vec<f64> {
+            let across = |x: usize| {
+                let (left, right) = ((x + width - 1) % width, (x + 1) % width);
+                0.75 * luminance(x, y) + 0.125 * (luminance(left, y) + luminance(right, y))
+            };
+            (0..width).map(across).collect()
         };
+        // The line above, the row's own and the one below; the first and the last count as their neighbours.
+        let mut lines = [line(0), line(0), line(1.min(height - 1))];
         let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::new());
         columns.reserve_exact(width * height);
         let mut total = 0.0;
         for y in 0..height {
-            let (above, below) = (y.saturating_sub(1), (y + 1).min(height - 1));
+            let [above, own, below] = &lines;
             let mut sum = 0.0;
             let mut cumulative = Vec::with_capacity(width);
             for x in 0..width {
-                sum += 0.75 * across(x, y) + 0.125 * (across(x, above) + across(x, below));
+                sum += 0.75 * own[x] + 0.125 * (above[x] + below[x]);
                 cumulative.push(sum);
             }
             // A black row is never chosen.
@@ -104,6 +109,8 @@ impl EnvironmentMap {
             columns.extend(cumulative.iter().map(|c| (c * scale) as f32));
             total += sum * (edge(y, height) - edge(y + 1, height));
             rows.push(total);
+            lines.rotate_left(1);
+            lines[2] = line((y + 2).min(height - 1));
         }
         let rows: Vec<f32> = rows.iter().map(|r| (r / total) as f32).collect();
         // From the table as it is, so that they are those of what is drawn from it.

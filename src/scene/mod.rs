@@ -138,12 +138,6 @@ impl Scene {
         })
     }
 
-    /// The radiance of the environment from a unit direction.
-    #[inline]
-    pub fn sky(&self, direction: Vec3) -> Vec3 {
-        self.environment.radiance(direction)
-    }
-
     /// A fingerprint of geometry, materials, light and camera: the same on every machine.
     pub fn hash(&self) -> u64 {
         let mut hasher = Xxh3::new();
