@@ -1,6 +1,8 @@
 //! Local shading frames, and ray origins that leave a surface without hitting it again.
 
+use crate::lanes::{Vec3x8, negative};
 use glam::Vec3;
+use wide::f32x8;
 
 /// An orthonormal, right-handed frame around a unit normal. In local coordinates `z` is along the
 /// normal, so the cosine to it is the `z` component.
@@ -45,6 +47,44 @@ impl Frame {
     }
 }
 
+/// [`Frame`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameX8 {
+    s: Vec3x8,
+    t: Vec3x8,
+    n: Vec3x8,
+}
+
+impl FrameX8 {
+    /// [`Frame::new`] in lanes.
+    #[inline(always)]
+    pub fn new(n: Vec3x8) -> Self {
+        let one = f32x8::ONE;
+        let sign = n.z.simd_lt(f32x8::splat(-0.9)).select(-one, one);
+        let a = -one / (sign + n.z);
+        let b = n.x * n.y * a;
+        Self {
+            s: Vec3x8 {
+                x: one + sign * n.x * n.x * a,
+                y: sign * b,
+                z: -sign * n.x,
+            },
+            t: Vec3x8 {
+                x: b,
+                y: sign + n.y * n.y * a,
+                z: -n.y,
+            },
+            n,
+        }
+    }
+
+    /// Local to world coordinates.
+    #[inline(always)]
+    pub fn to_world(&self, v: Vec3x8) -> Vec3x8 {
+        self.s * v.x + self.t * v.y + self.n * v.z
+    }
+}
+
 /// How far, relative to the largest coordinate of the triangle, a ray's origin is moved off it:
 /// 16 times the rounding unit of a coordinate, which covers the interpolation of the hit point and the
 /// distance computed by the next intersection. Relative, so that scenes of any scale look alike.
@@ -69,6 +109,19 @@ pub fn offset_origin(p: Vec3, ng: Vec3, distance: f32, towards: Vec3) -> Vec3 {
     p + ng * side
 }
 
+/// [`offset_distance`] in lanes.
+#[inline(always)]
+pub fn offset_distance_x8(extent: f32x8) -> f32x8 {
+    f32x8::splat(OFFSET) * extent
+}
+
+/// [`offset_origin`] in lanes.
+#[inline(always)]
+pub fn offset_origin_x8(p: Vec3x8, ng: Vec3x8, distance: f32x8, towards: Vec3x8) -> Vec3x8 {
+    let side = negative(ng.dot(towards)).select(-distance, distance);
+    p + ng * side
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +142,11 @@ mod tests {
             prop_assert!((f.s.cross(f.t) - n).length() < 4e-6);
             let v = Vec3::new(0.3, -0.5, 0.8);
             prop_assert!((f.to_world(f.to_local(v)) - v).length() < 4e-6);
+
+            let lanes = FrameX8::new(Vec3x8::splat(n));
+            prop_assert_eq!(lanes.to_world(Vec3x8::splat(v)).lane(5), f.to_world(v));
+            let origin = offset_origin_x8(Vec3x8::splat(v), Vec3x8::splat(n), f32x8::splat(0.1), Vec3x8::splat(v));
+            prop_assert_eq!(origin.lane(2), offset_origin(v, n, 0.1, v));
         }
     }
 

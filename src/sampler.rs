@@ -7,9 +7,11 @@
 //! Independent numbers, for measurements that need them, are the first point of a sequence whose
 //! scramble is new for every sample.
 
+use crate::lanes;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 use std::sync::LazyLock;
+use wide::f32x8;
 
 /// Number of points of one scrambled sequence.
 const SEQUENCE: u64 = 1 << 16;
@@ -43,7 +45,7 @@ pub enum Dimension {
 }
 
 /// The random numbers of one sample of one pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Sampler {
     index: u32,
     scramble: u32,
@@ -149,6 +151,33 @@ pub fn draw_all(
         out.extend((0..count).map(|lane| std::array::from_fn(|d| numbers[d][lane])));
         if count < LANES {
             return;
+        }
+    }
+}
+
+/// [`draw_all`] for samplers in blocks, with the numbers in lanes.
+pub fn draw_blocks<'a>(
+    blocks: impl IntoIterator<Item = &'a [Sampler; lanes::LANES]>,
+    dimension: Dimension,
+    out: &mut Vec<[f32x8; 4]>,
+) {
+    let (set, padding) = dimension.set();
+    let matrices = &MATRICES[set as usize];
+    let mut blocks = blocks.into_iter();
+    out.clear();
+    while let Some(first) = blocks.next() {
+        let second = blocks.next();
+        let sampler = |lane: usize| match second {
+            Some(second) if lane >= lanes::LANES => &second[lane - lanes::LANES],
+            _ => &first[lane % lanes::LANES],
+        };
+        let index = std::array::from_fn(|lane| sampler(lane).index);
+        let scramble = std::array::from_fn(|lane| sampler(lane).scramble.wrapping_add(padding));
+        let numbers = draw_lanes(matrices, set, &index, &scramble);
+        let half = |at: usize| numbers.map(|n| f32x8::from(&n[at..at + lanes::LANES]));
+        out.push(half(0));
+        if second.is_some() {
+            out.push(half(lanes::LANES));
         }
     }
 }

@@ -5,10 +5,12 @@
 //! the same, so that T_ji(T_ij(x)) = x.
 
 use crate::bsdf::{Eval, half_vector};
+use crate::lanes::{Vec3x8, positive};
 use crate::scene::Scene;
 use crate::scene::material::Class;
 use crate::vertex::{End, LightPoint, Scattering, Vertex};
 use glam::Vec3;
+use wide::f32x8;
 
 /// The state of an offset path, up to the base path's current vertex x_k.
 #[derive(Clone, Copy, Debug)]
@@ -160,6 +162,16 @@ pub fn solid_angle_per_area(from: Vec3, to: Vec3, ng: Vec3) -> Option<(Vec3, f32
     let direction = d * per_distance;
     let g = ng.dot(direction).abs() * (per_distance * per_distance);
     (g > 0.0 && g.is_finite()).then_some((direction, g))
+}
+
+/// [`solid_angle_per_area`] in lanes: directions, geometry terms, and where they hold.
+#[inline(always)]
+pub fn solid_angle_per_area_x8(from: Vec3x8, to: Vec3x8, ng: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
+    let d = to - from;
+    let per_distance = d.length_recip();
+    let direction = d * per_distance;
+    let g = ng.dot(direction).abs() * (per_distance * per_distance);
+    (direction, g, positive(g) & g.is_finite())
 }
 
 /// The point x_{k+1} at which offset paths may join the base path, as it is seen from x_k.

@@ -1,7 +1,9 @@
 //! The bounce step: every base path scatters, and its offset paths follow by reconnection or by
 //! half-vector copy.
 
-use super::{BasePath, Context, Counts, Wavefront, gather, or_dead, survival};
+use super::{
+    BasePath, Context, Counts, Wavefront, gather, or_dead, survival, trace_any, trace_closest,
+};
 use crate::gradient::{Base, Shift};
 use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
@@ -60,15 +62,15 @@ impl Follower {
 impl<const N: usize> Wavefront<N> {
     pub(super) fn bounce_step(&mut self, context: Context, k: u32) {
         self.scatter(context, k);
-        Self::trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
+        trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
         self.follow(context, k);
-        Self::trace_any(
+        trace_any(
             context,
             &mut self.reconnection,
             RayKind::Reconnection,
             &mut self.counts,
         );
-        Self::trace_closest(
+        trace_closest(
             context,
             &mut self.continuation,
             RayKind::Continuation,
@@ -200,32 +202,12 @@ impl<const N: usize> Bounce<N> {
         continuation: &ClosestBatch,
         counts: &mut Counts,
     ) -> (Base, [Shift; N]) {
-        // What light sampling would have had, over the density of BSDF sampling.
         let x = &path.vertex;
-        let rough = self.scattering.class(scene, x) == Class::Rough;
-        let (radiance, by_light) = match &self.end {
-            End::Light(light) => {
-                let by_light = rough
-                    .then(|| solid_angle_per_area(x.position, light.position, light.ng))
-                    .flatten()
-                    .map_or(ByLight::Never, |(_, g)| ByLight::Triangle {
-                        triangle: light.triangle,
-                        scale: 1.0 / (g * self.pdf),
-                    });
-                (light.radiance, by_light)
-            }
-            _ => {
-                let direction = self.scattering.wi;
-                let by_light = match scene.environment.map() {
-                    Some(map) if rough => {
-                        let density = scene.lights.sky() * map.density(direction);
-                        ByLight::Sky(density / self.pdf)
-                    }
-                    // A constant environment is not sampled as a light.
-                    _ => ByLight::Never,
-                };
-                (scene.environment.radiance(direction), by_light)
-            }
+        let radiance = radiance(scene, &self.end, self.scattering.wi);
+        let by_light = if self.scattering.class(scene, x) == Class::Rough {
+            ByLight::of(scene, x.position, &self.end, self.scattering.wi, self.pdf)
+        } else {
+            ByLight::Never
         };
         let at_base = by_light.density(scene, x.position);
         let base = Base {
@@ -281,9 +263,18 @@ impl<const N: usize> Bounce<N> {
     }
 }
 
+/// What arrives from the end of a path, in the direction `wi`.
+#[inline]
+pub(super) fn radiance(scene: &Scene, end: &End, wi: Vec3) -> Vec3 {
+    match end {
+        End::Light(light) => light.radiance,
+        _ => scene.environment.radiance(wi),
+    }
+}
+
 /// How light sampling would have made a path that BSDF sampling made.
 #[derive(Clone, Copy, Debug)]
-enum ByLight {
+pub(super) enum ByLight {
     /// Not at all.
     Never,
     /// By a point on this triangle; `scale` makes its density per area one over that of BSDF sampling.
@@ -293,9 +284,27 @@ enum ByLight {
 }
 
 impl ByLight {
+    /// For a path that left the rough vertex at `from` in the direction `wi`, with the density `pdf`, and
+    /// ended at `end`.
+    #[inline]
+    pub(super) fn of(scene: &Scene, from: Vec3, end: &End, wi: Vec3, pdf: f32) -> Self {
+        match (end, scene.environment.map()) {
+            (End::Light(light), _) => solid_angle_per_area(from, light.position, light.ng).map_or(
+                ByLight::Never,
+                |(_, g)| ByLight::Triangle {
+                    triangle: light.triangle,
+                    scale: 1.0 / (g * pdf),
+                },
+            ),
+            (_, Some(map)) => ByLight::Sky(scene.lights.sky() * map.density(wi) / pdf),
+            // A constant environment is not sampled as a light.
+            (_, None) => ByLight::Never,
+        }
+    }
+
     /// Density of light sampling at a vertex, over that of BSDF sampling at the base path's.
     #[inline]
-    fn density(&self, scene: &Scene, from: Vec3) -> f32 {
+    pub(super) fn density(&self, scene: &Scene, from: Vec3) -> f32 {
         match *self {
             ByLight::Never => 0.0,
             ByLight::Triangle { triangle, scale } => scene.lights.density(triangle, from) * scale,

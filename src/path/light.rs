@@ -1,7 +1,7 @@
 //! The light step: at every rough vertex a point on a light is sampled (next event estimation), for
 //! the base path and, with the same point, for its offset paths.
 
-use super::{BasePath, Context, Wavefront, gather, survival};
+use super::{BasePath, Context, Wavefront, gather, survival, trace_any};
 use crate::gradient::{Base, Shift};
 use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
@@ -80,7 +80,7 @@ impl<const N: usize> Wavefront<N> {
                 self.light_paths.extend(connected);
             }
         }
-        Self::trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
+        trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         for light_path in &self.light_paths {
             let (base, shifts) = light_path.resolve(&self.shadow);
             let sample = &mut self.samples[light_path.pixel as usize];

@@ -5,6 +5,7 @@
 //! [`Carried`](crate::shift::Carried) for what an offset path adds to it.
 
 mod bounce;
+mod diffuse;
 mod light;
 mod primary;
 pub mod replay;
@@ -18,6 +19,7 @@ use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
 use crate::vertex::{End, Vertex};
+use diffuse::DiffusePaths;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -148,6 +150,8 @@ pub struct PathTracer<const N: usize> {
     /// What follows once all offset paths of a base path are connected or dead: for all of them the
     /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
     suffixes: Wavefront<0>,
+    /// The suffixes of diffuse scenes.
+    diffuse: DiffusePaths,
     shares: Vec<Share<N>>,
 }
 
@@ -189,6 +193,8 @@ struct Context<'a> {
     scene: &'a Scene,
     tracer: &'a dyn Traverse,
     settings: &'a PathSettings,
+    /// Whether plain paths go in lanes; the scene must be diffuse.
+    in_lanes: bool,
 }
 
 impl<const N: usize> PathTracer<N> {
@@ -206,6 +212,7 @@ impl<const N: usize> PathTracer<N> {
             scene,
             tracer,
             settings,
+            in_lanes: scene.is_diffuse,
         };
         for sample in range {
             self.front.samples.clear();
@@ -213,15 +220,16 @@ impl<const N: usize> PathTracer<N> {
                 .samples
                 .resize((tile.width * tile.height) as usize, PixelSample::default());
             self.front.primary_step(context, tile, sample, sums);
-            self.hand_over(settings.weights);
+            self.hand_over(context);
             // A path at x_k has k segments; what is gathered there has k + 1.
             for k in 1..settings.depth {
-                if self.front.paths.is_empty() && self.suffixes.paths.is_empty() {
+                if self.is_done() {
                     break;
                 }
                 self.front.step(context, k);
                 self.suffixes.step(context, k);
-                self.hand_over(settings.weights);
+                self.diffuse.step(context, k);
+                self.hand_over(context);
             }
             self.front.paths.clear();
             self.collect();
@@ -230,19 +238,28 @@ impl<const N: usize> PathTracer<N> {
         }
         let mut counts = std::mem::take(&mut self.front.counts);
         counts.add(&std::mem::take(&mut self.suffixes.counts));
+        counts.add(&std::mem::take(&mut self.diffuse.counts));
         counts
     }
 
+    /// Whether no path goes on.
+    fn is_done(&self) -> bool {
+        self.front.paths.is_empty() && self.suffixes.paths.is_empty() && self.diffuse.is_empty()
+    }
+
     /// Makes suffixes of the paths whose offset paths are all connected or dead.
-    fn hand_over(&mut self, weights: Weights) {
-        if N == 0 {
+    fn hand_over(&mut self, context: Context) {
+        // Plain paths stay where they are, unless there are lanes for them.
+        if N == 0 && !context.in_lanes {
             return;
         }
         let Self {
             front,
             suffixes,
+            diffuse,
             shares,
         } = self;
+        let weights = context.settings.weights;
         front.paths.retain(|path| {
             let settled = path
                 .offsets
@@ -267,14 +284,18 @@ impl<const N: usize> PathTracer<N> {
                 if base.value == Vec3::ZERO && to == [Vec3::ZERO; N] {
                     return false;
                 }
-                suffixes.paths.push(BasePath {
-                    pixel: shares.len() as u32,
-                    sampler: path.sampler,
-                    vertex: path.vertex,
-                    throughput: Vec3::ONE,
-                    offsets: [],
-                });
-                suffixes.samples.push(PixelSample::default());
+                if context.in_lanes {
+                    diffuse.push(context.scene, &path.vertex, path.sampler);
+                } else {
+                    suffixes.paths.push(BasePath {
+                        pixel: shares.len() as u32,
+                        sampler: path.sampler,
+                        vertex: path.vertex,
+                        throughput: Vec3::ONE,
+                        offsets: [],
+                    });
+                    suffixes.samples.push(PixelSample::default());
+                }
                 shares.push(Share {
                     pixel: path.pixel,
                     primal: base.primal(),
@@ -287,16 +308,19 @@ impl<const N: usize> PathTracer<N> {
 
     /// Adds what the suffixes gathered to the samples of their pixels.
     fn collect(&mut self) {
-        for (share, gathered) in self.shares.iter().zip(&self.suffixes.samples) {
+        let suffixes = self.suffixes.samples.iter().map(|s| s.primal);
+        let gathered = suffixes.chain(self.diffuse.gathered.iter().copied());
+        for (share, light) in self.shares.iter().zip(gathered) {
             let sample = &mut self.front.samples[share.pixel as usize];
-            sample.primal += share.primal * gathered.primal;
+            sample.primal += share.primal * light;
             for (sum, to) in sample.to.iter_mut().zip(&share.to) {
-                *sum += *to * gathered.primal;
+                *sum += *to * light;
             }
         }
         self.shares.clear();
         self.suffixes.samples.clear();
         self.suffixes.paths.clear();
+        self.diffuse.clear();
     }
 }
 
@@ -326,24 +350,21 @@ impl<const N: usize> Wavefront<N> {
             }
         }
     }
+}
 
-    fn trace_closest(
-        context: Context,
-        batch: &mut ClosestBatch,
-        kind: RayKind,
-        counts: &mut Counts,
-    ) {
-        if !batch.is_empty() {
-            counts.rays[kind.index()] += batch.len() as u64;
-            context.tracer.closest(batch, kind);
-        }
+/// Finds the hits of a batch and counts its rays.
+fn trace_closest(context: Context, batch: &mut ClosestBatch, kind: RayKind, counts: &mut Counts) {
+    if !batch.is_empty() {
+        counts.rays[kind.index()] += batch.len() as u64;
+        context.tracer.closest(batch, kind);
     }
+}
 
-    fn trace_any(context: Context, batch: &mut AnyBatch, kind: RayKind, counts: &mut Counts) {
-        if !batch.is_empty() {
-            counts.rays[kind.index()] += batch.len() as u64;
-            context.tracer.any(batch, kind);
-        }
+/// Finds what is blocked in a batch and counts its rays.
+fn trace_any(context: Context, batch: &mut AnyBatch, kind: RayKind, counts: &mut Counts) {
+    if !batch.is_empty() {
+        counts.rays[kind.index()] += batch.len() as u64;
+        context.tracer.any(batch, kind);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The primary step: one camera ray for each pixel and sample serves the pixel's base path and the
 //! offset paths of its four neighbours (method.md section 4).
 
-use super::{BasePath, Context, PathSettings, Tile, Wavefront, or_dead};
+use super::{BasePath, Context, PathSettings, Tile, Wavefront, or_dead, trace_closest};
 use crate::gradient::Neighbour;
 use crate::sampler::{Dimension, Sampler};
 use crate::shift::{self, Offset};
@@ -76,7 +76,7 @@ impl<const N: usize> Wavefront<N> {
                 }
             }
         }
-        Self::trace_closest(
+        trace_closest(
             context,
             &mut self.primary,
             RayKind::Primary,

@@ -2,7 +2,7 @@
 //! finite, or too bright.
 
 use super::bounce::{Progress, Step};
-use super::{Context, PathSettings, PathTracer, Tile, Wavefront};
+use super::{Context, PathSettings, PathTracer, Tile, Wavefront, trace_any, trace_closest};
 use crate::gradient::{Base, Neighbour, Shift, Weights};
 use crate::scene::Scene;
 use crate::shift::{self, Carried, Death, Offset};
@@ -32,6 +32,8 @@ pub fn replay<const N: usize>(
         scene,
         tracer,
         settings,
+        // The bits are the same.
+        in_lanes: false,
     };
     let tile = Tile {
         x,
@@ -48,14 +50,14 @@ pub fn replay<const N: usize>(
     paths.front.samples.push(PixelSample::default());
     paths.front.primary_step(context, tile, sample, &mut sums);
     log.primary(&paths.front, context);
-    log.hand_over(&mut paths, settings.weights);
+    log.hand_over(&mut paths, context);
     for k in 1..settings.depth {
-        if paths.front.paths.is_empty() && paths.suffixes.paths.is_empty() {
+        if paths.is_done() {
             break;
         }
         log.step(&mut paths.front, context, k);
         log.step(&mut paths.suffixes, context, k);
-        log.hand_over(&mut paths, settings.weights);
+        log.hand_over(&mut paths, context);
     }
     log.suffix(&paths);
     paths.collect();
@@ -180,12 +182,12 @@ impl Log {
             self.say(0, format!("x{k}: the path ends (absorbed, or by roulette)"));
             return;
         }
-        Wavefront::<N>::trace_closest(context, &mut wave.bounce, RayKind::Bounce, &mut wave.counts);
+        trace_closest(context, &mut wave.bounce, RayKind::Bounce, &mut wave.counts);
         wave.follow(context, k);
         let kind = RayKind::Reconnection;
-        Wavefront::<N>::trace_any(context, &mut wave.reconnection, kind, &mut wave.counts);
+        trace_any(context, &mut wave.reconnection, kind, &mut wave.counts);
         let kind = RayKind::Continuation;
-        Wavefront::<N>::trace_closest(context, &mut wave.continuation, kind, &mut wave.counts);
+        trace_closest(context, &mut wave.continuation, kind, &mut wave.counts);
         self.bounce(wave, scene, k);
         if let ([bounce], [path]) = (&wave.bounces[..], &wave.paths[..])
             && super::bounce::leads_to_light(context, &bounce.end, k)
@@ -284,9 +286,9 @@ impl Log {
         }
     }
 
-    fn hand_over<const N: usize>(&mut self, paths: &mut PathTracer<N>, weights: Weights) {
+    fn hand_over<const N: usize>(&mut self, paths: &mut PathTracer<N>, context: Context) {
         let before = paths.shares.len();
-        paths.hand_over(weights);
+        paths.hand_over(context);
         for share in &paths.shares[before..] {
             let text =
                 "all offset paths are connected or dead: what follows counts from f/p = 1 for all";

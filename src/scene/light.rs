@@ -6,8 +6,10 @@ use super::environment::SkySample;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
+use crate::lanes::{Vec3x8, from_lanes};
 use crate::warp;
 use glam::Vec3;
+use wide::f32x8;
 
 /// What is sampled as a light.
 #[derive(Debug, Default)]
@@ -76,6 +78,23 @@ pub struct SurfaceSample {
     pub density: f32,
     /// Distance by which rays end before the surface.
     pub offset: f32,
+}
+
+/// [`SurfaceSample`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSamplesX8 {
+    /// Where they are.
+    pub position: Vec3x8,
+    /// The sides that emit.
+    pub ng: Vec3x8,
+    /// Radiance emitted to those sides.
+    pub radiance: Vec3x8,
+    /// Densities per area, over all lights.
+    pub density: f32x8,
+    /// Distances by which rays end before the surfaces.
+    pub offset: f32x8,
+    /// Where there is a sample.
+    pub holds: f32x8,
 }
 
 /// Probability of the environment where there are emitting triangles too. Which of them gives more light
@@ -181,6 +200,14 @@ impl Lights {
         }
     }
 
+    /// Whether there are but a few triangles with one radiance each: then [`Scene::sample_lights`] may be
+    /// asked.
+    pub fn are_plain(&self) -> bool {
+        matches!(self.choice, Choice::Power(_))
+            && self.sky == 0.0
+            && self.triangles.iter().all(|light| !light.textured)
+    }
+
     /// Whether the density depends on the point that is lit.
     #[inline]
     pub fn depend_on_place(&self) -> bool {
@@ -230,6 +257,28 @@ impl Scene {
             density: light.density * probability,
             offset: light.offset,
         }))
+    }
+
+    /// [`Scene::sample_light`] in lanes, where the lights are plain.
+    #[inline(always)]
+    pub fn sample_lights(&self, u: [f32x8; 3]) -> LightSamplesX8 {
+        let Choice::Power(table) = &self.lights.choice else {
+            panic!("the lights are plain");
+        };
+        let chosen = u[0]
+            .to_array()
+            .map(|u| &self.lights.triangles[table.choose(u)]);
+        let corner = |i: usize| Vec3x8::from_lanes(|lane| chosen[lane].corners[i]);
+        let (b, c) = warp::triangle_x8([u[1], u[2]]);
+        let density = from_lanes(|lane| chosen[lane].density);
+        LightSamplesX8 {
+            position: corner(0) * (f32x8::ONE - b - c) + corner(1) * b + corner(2) * c,
+            ng: Vec3x8::from_lanes(|lane| chosen[lane].ng),
+            radiance: Vec3x8::from_lanes(|lane| chosen[lane].radiance),
+            density,
+            offset: from_lanes(|lane| chosen[lane].offset),
+            holds: density.simd_ne(f32x8::ZERO),
+        }
     }
 
     // Not inlined, as below: scenes with a few lamps shall not have it in their loops.

@@ -1,9 +1,12 @@
 //! Triangles, their materials and their normals.
 
+use super::material::Material;
 use super::texture::Texture;
-use crate::frame::offset_distance;
+use crate::frame::{offset_distance, offset_distance_x8};
+use crate::lanes::{LANES, Vec3x8, positive, set_lanes};
 use crate::load::obj::{NONE, ObjFile};
 use glam::{Vec2, Vec3};
+use wide::f32x8;
 use xxhash_rust::xxh3::Xxh3;
 
 /// All triangles of a scene.
@@ -57,6 +60,19 @@ pub struct SurfacePoint {
     pub ns: Vec3,
     /// Distance by which rays start off the surface.
     pub offset: f32,
+}
+
+/// [`SurfacePoint`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct PointsX8 {
+    /// Where they are.
+    pub position: Vec3x8,
+    /// Geometric normals.
+    pub ng: Vec3x8,
+    /// Shading normals.
+    pub ns: Vec3x8,
+    /// Distances by which rays start off the surfaces.
+    pub offset: f32x8,
 }
 
 /// Least cosine between a shading normal and the geometric one.
@@ -146,6 +162,54 @@ impl Mesh {
         }
     }
 
+    /// [`Mesh::point`] in lanes.
+    #[inline(always)]
+    pub fn points(&self, triangles: &[u32; LANES], u: f32x8, v: f32x8) -> PointsX8 {
+        let corners = triangles.map(|t| self.triangles[t as usize]);
+        let corner =
+            |i: usize| Vec3x8::from_lanes(|lane| self.positions[corners[lane][i] as usize]);
+        let [a, b, c] = [corner(0), corner(1), corner(2)];
+        let w = f32x8::ONE - u - v;
+        let n = (b - a).cross(c - a);
+        let length2 = n.dot(n);
+        let ng = n / length2.sqrt();
+        let mut points = PointsX8 {
+            position: a * w + b * u + c * v,
+            ng,
+            ns: ng,
+            offset: offset_distance_x8(a.abs().max(b.abs()).max(c.abs()).max_element()),
+        };
+        if !self.normal_triangles.is_empty() {
+            let corners = triangles.map(|t| self.normal_triangles[t as usize]);
+            // Flat triangles get 0, which gives way to the geometric normal.
+            let normal = |i: usize| {
+                Vec3x8::from_lanes(|lane| {
+                    let index = corners[lane][i] as usize;
+                    self.normals.get(index).copied().unwrap_or_default()
+                })
+            };
+            let ns = normal(0) * w + normal(1) * u + normal(2) * v;
+            let per_length = ns.length_recip();
+            let ns = ns * per_length;
+            let steep = ns.dot(ng).simd_gt(f32x8::splat(SHALLOWEST));
+            points.ns = Vec3x8::select(
+                per_length.is_finite() & positive(per_length) & steep,
+                ns,
+                ng,
+            );
+        }
+        // Triangles whose normal needs more care.
+        let well_scaled =
+            length2.simd_gt(f32x8::splat(SCALED.0)) & length2.simd_lt(f32x8::splat(SCALED.1));
+        for lane in set_lanes(!well_scaled) {
+            let (u, v) = (u.as_array()[lane], v.as_array()[lane]);
+            let point = self.point(triangles[lane], u, v);
+            points.ng.set(lane, point.ng);
+            points.ns.set(lane, point.ns);
+        }
+        points
+    }
+
     /// Texture coordinates of a triangle's corners; `None` where it has none.
     #[inline]
     pub fn corner_texcoords(&self, triangle: u32) -> Option<[Vec2; 3]> {
@@ -190,6 +254,18 @@ impl Mesh {
     /// Whether a texture cuts something out of the triangle.
     pub fn has_holes(&self, triangle: u32) -> bool {
         self.cutouts.as_ref().is_some_and(|c| triangle >= c.first)
+    }
+
+    /// Those of `materials` that a triangle has.
+    pub fn materials_in_use<'a>(
+        &self,
+        materials: &'a [Material],
+    ) -> impl Iterator<Item = &'a Material> {
+        let mut used = vec![false; materials.len()];
+        for &material in &self.material_of {
+            used[material as usize] = true;
+        }
+        std::iter::zip(materials, used).filter_map(|(material, used)| used.then_some(material))
     }
 
     /// How many triangles of each of `materials` lack texture coordinates.
@@ -262,13 +338,16 @@ fn cutouts_last(obj: &mut ObjFile, opacity: Vec<Option<Texture>>) -> Option<Cuto
     Some(Cutouts { first, opacity })
 }
 
+/// Between these squares of lengths a vector can be normalised as it is.
+const SCALED: (f32, f32) = (1e-30, 1e30);
+
 /// The unit normal of a triangle with these edges; scaled first, since the cross product of two short
 /// edges underflows.
 #[inline]
 fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
     let n = e1.cross(e2);
     let length2 = n.length_squared();
-    if length2 > 1e-30 && length2 < 1e30 {
+    if length2 > SCALED.0 && length2 < SCALED.1 {
         n / length2.sqrt()
     } else {
         e1.as_dvec3()

@@ -10,6 +10,7 @@ pub mod mesh;
 pub mod texture;
 pub mod textured;
 
+use crate::bsdf::Bsdf;
 use crate::error::{Error, Result, Warnings};
 use crate::load::bitmap::Bitmap;
 use crate::load::obj::ObjFile;
@@ -19,7 +20,7 @@ use camera::Camera;
 use environment::{Environment, EnvironmentMap};
 use glam::Vec3;
 use light::Lights;
-use material::Material;
+use material::{Class, Material};
 use mesh::Mesh;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,6 +39,9 @@ pub struct Scene {
     pub environment: Environment,
     /// The camera.
     pub camera: Camera,
+    /// Whether all that scatters is a [`Bsdf::Lambert`] and the lights are plain: then paths are shaded in
+    /// lanes.
+    pub is_diffuse: bool,
 }
 
 /// What the user asked for beside the OBJ: TOML and flags, merged.
@@ -129,12 +133,14 @@ impl Scene {
         let lights = Lights::new(&mesh, &materials, has_map);
         let environment = environment(settings, !lights.emit(), warnings)?;
         let camera = Camera::new(&settings.camera, (width, height), mesh.bounds)?;
+        let is_diffuse = lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
             lights,
             environment,
             camera,
+            is_diffuse,
         })
     }
 
@@ -146,6 +152,12 @@ impl Scene {
         hasher.update(format!("{rest:?}").as_bytes());
         hasher.digest()
     }
+}
+
+/// Whether it is a light or a Lambert surface.
+fn is_lambert(material: &Material) -> bool {
+    let lambert = matches!(material.bsdf, Bsdf::Lambert { .. }) && material.class == Class::Rough;
+    material.emission.is_some() || lambert
 }
 
 /// The environment that is asked for, or white where there is no light at all.

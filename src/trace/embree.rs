@@ -229,7 +229,7 @@ impl Traverse for Embree {
     }
 
     fn closest_by(&self, batch: &mut ClosestBatch, way: Way) {
-        debug_assert!(batch.len <= batch.blocks.len() * super::rays::LANES);
+        debug_assert!(batch.len <= batch.blocks.len() * crate::lanes::LANES);
         // SAFETY: the blocks have Embree's layout (asserted above) and alignment, and hold `len` rays.
         unsafe {
             sys::gdpt_closest(
@@ -246,7 +246,7 @@ impl Traverse for Embree {
     }
 
     fn any_by(&self, batch: &mut AnyBatch, way: Way) {
-        debug_assert!(batch.len <= batch.blocks.len() * super::rays::LANES);
+        debug_assert!(batch.len <= batch.blocks.len() * crate::lanes::LANES);
         // SAFETY: as for `closest_by`.
         unsafe {
             sys::gdpt_any(

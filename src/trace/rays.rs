@@ -1,10 +1,10 @@
 //! Batches of rays in blocks of 8, structure of arrays inside a block: the layout of Embree's packets,
 //! so that nothing is copied on the way to the kernels.
 
+use crate::lanes::{LANES, Vec3x8};
 use glam::Vec3;
+use wide::f32x8;
 
-/// Rays in a block.
-pub const LANES: usize = 8;
 /// In `prim_id`: nothing was hit.
 const INVALID: u32 = u32::MAX;
 
@@ -108,6 +108,36 @@ pub struct Hit {
     pub t: f32,
 }
 
+/// The hits of a block, in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct HitsX8 {
+    /// The rays' directions.
+    pub direction: Vec3x8,
+    /// The triangles; 0 where nothing is hit.
+    pub triangle: [u32; LANES],
+    /// Barycentric coordinates of the second corners.
+    pub u: f32x8,
+    /// Barycentric coordinates of the third corners.
+    pub v: f32x8,
+    /// Distances in units of the directions' lengths.
+    pub t: f32x8,
+    /// A bit for each lane: whether anything is hit.
+    pub found: u32,
+}
+
+impl HitsX8 {
+    /// The hit in a lane where there is one.
+    #[inline]
+    pub fn lane(&self, lane: usize) -> Hit {
+        Hit {
+            triangle: self.triangle[lane],
+            u: self.u.as_array()[lane],
+            v: self.v.as_array()[lane],
+            t: self.t.as_array()[lane],
+        }
+    }
+}
+
 /// Rays whose closest hits are wanted.
 #[derive(Debug, Default)]
 pub struct ClosestBatch {
@@ -171,6 +201,28 @@ impl ClosestBatch {
             v: b.v[lane],
             t: b.ray.tfar[lane],
         })
+    }
+
+    /// What the rays from `8 block` on hit, after tracing; where there are no rays there are no hits.
+    #[inline(always)]
+    pub fn hits(&self, block: usize) -> HitsX8 {
+        let rays = self.len - block * LANES;
+        let block = &self.blocks[block];
+        let mut found = 0;
+        let mut triangle = block.prim_id;
+        for (lane, triangle) in triangle.iter_mut().enumerate() {
+            let hit = lane < rays && *triangle != INVALID;
+            found |= u32::from(hit) << lane;
+            *triangle = if hit { *triangle } else { 0 };
+        }
+        HitsX8 {
+            direction: block.ray.dir.into(),
+            triangle,
+            u: block.u.into(),
+            v: block.v.into(),
+            t: block.ray.tfar.into(),
+            found,
+        }
     }
 
     /// Hits on the second geometry get the numbers from `first` on.
