@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
-use wide::f32x8;
+use wide::{bytemuck, f32x8, u32x8};
 
 /// Numbers in a vector; rays in a block.
 pub const LANES: usize = 8;
@@ -163,11 +163,17 @@ pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The mask of the lanes below `count`.
+/// The mask of the lanes whose bits are set.
 #[inline(always)]
-pub fn first_lanes(count: usize) -> f32x8 {
-    const INDEX: f32x8 = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-    INDEX.simd_lt(f32x8::splat(count.min(LANES) as f32))
+pub fn mask_of(bits: u32) -> f32x8 {
+    let lanes: [u32; LANES] = std::array::from_fn(|lane| (bits >> lane & 1).wrapping_neg());
+    bytemuck::cast(u32x8::from(lanes))
+}
+
+/// A bit for each of the lanes below `count`.
+#[inline(always)]
+pub fn first_lanes(count: usize) -> u32 {
+    (1 << count.min(LANES)) - 1
 }
 
 impl From<[[f32; LANES]; 3]> for Vec3x8 {

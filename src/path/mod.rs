@@ -19,7 +19,7 @@ use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
 use crate::vertex::{End, Vertex};
-use diffuse::DiffusePaths;
+use diffuse::PlainPaths;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -151,7 +151,7 @@ pub struct PathTracer<const N: usize> {
     /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
     suffixes: Wavefront<0>,
     /// The suffixes of diffuse scenes.
-    diffuse: DiffusePaths,
+    diffuse: PlainPaths,
     shares: Vec<Share<N>>,
 }
 

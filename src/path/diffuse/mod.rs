@@ -1,0 +1,4 @@
+mod plain;
+mod vertices;
+
+pub(super) use plain::PlainPaths;

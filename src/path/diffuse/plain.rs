@@ -1,0 +1,221 @@
+//! Plain paths: the light step and the bounce step, without offset paths. They are packed densely when they
+//! scatter; those that end on a light leave gaps until the next time.
+
+use super::vertices::{VerticesX8, light_at, set};
+use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of};
+use crate::path::{Context, Counts, trace_any, trace_closest};
+use crate::sampler::{self, Dimension, Sampler};
+use crate::scene::Scene;
+use crate::trace::RayKind;
+use crate::trace::rays::{AnyBatch, ClosestBatch};
+use crate::vertex::Vertex;
+use glam::Vec3;
+use wide::f32x8;
+
+/// Plain paths at one vertex, with the buffers for their next steps.
+#[derive(Default)]
+pub(in crate::path) struct PlainPaths {
+    blocks: Vec<Block>,
+    /// Lanes of `blocks` in use.
+    len: usize,
+    /// Paths on their way to the next vertex, one for each ray of `bounce`.
+    flights: Vec<Flight>,
+    /// Random numbers for one step of each path.
+    numbers: Vec<[f32x8; 4]>,
+    /// What arrives from a light if the ray of `shadow` is free.
+    lit: Vec<Lit>,
+    bounce: ClosestBatch,
+    shadow: AnyBatch,
+    /// The light of each path, in the order in which they were pushed.
+    pub(in crate::path) gathered: Vec<Vec3>,
+    pub(in crate::path) counts: Counts,
+}
+
+/// Eight paths at their current vertices x_k.
+#[derive(Clone, Default)]
+struct Block {
+    vertices: VerticesX8,
+    /// f/p up to x_k, the scattering there excluded.
+    throughput: Vec3x8,
+    samplers: [Sampler; LANES],
+    /// Indices into what is gathered.
+    index: [u32; LANES],
+    /// A bit for each lane that holds a path.
+    alive: u32,
+}
+
+/// Eight paths between their vertices.
+#[derive(Clone, Default)]
+struct Flight {
+    /// Where they left.
+    from: Vec3x8,
+    /// f/p up to the next vertex.
+    throughput: Vec3x8,
+    /// Density of the direction, roulette included.
+    pdf: f32x8,
+    samplers: [Sampler; LANES],
+    index: [u32; LANES],
+}
+
+struct Lit {
+    light: Vec3,
+    index: u32,
+}
+
+impl PlainPaths {
+    pub(in crate::path) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Forgets the paths and what they gathered.
+    pub(in crate::path) fn clear(&mut self) {
+        self.blocks.clear();
+        self.len = 0;
+        self.gathered.clear();
+    }
+
+    /// Adds a path that starts at `vertex` with throughput 1.
+    pub(in crate::path) fn push(&mut self, scene: &Scene, vertex: &Vertex, sampler: Sampler) {
+        let (block, lane) = self.start(sampler);
+        block.vertices.set(lane, scene, vertex);
+    }
+
+    /// [`PlainPaths::push`] for the vertex in a lane of `vertices`.
+    pub(super) fn push_lane(&mut self, vertices: &VerticesX8, from: usize, sampler: Sampler) {
+        let (block, lane) = self.start(sampler);
+        block.vertices.copy(lane, vertices, from);
+    }
+
+    #[inline(always)]
+    fn start(&mut self, sampler: Sampler) -> (&mut Block, usize) {
+        let lane = self.len % LANES;
+        if self.len / LANES == self.blocks.len() {
+            self.blocks.push(Block::default());
+        }
+        let block = &mut self.blocks[self.len / LANES];
+        block.throughput.set(lane, Vec3::ONE);
+        block.samplers[lane] = sampler;
+        block.index[lane] = self.gathered.len() as u32;
+        block.alive |= 1 << lane;
+        self.gathered.push(Vec3::ZERO);
+        self.len += 1;
+        (block, lane)
+    }
+
+    /// Light and bounce at x_k.
+    pub(in crate::path) fn step(&mut self, context: Context, k: u32) {
+        if !self.is_empty() {
+            self.light_step(context, k);
+            self.scatter(k);
+            trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
+            self.arrive(context, k);
+        }
+    }
+
+    /// Samples a point on a light for every path, and gathers what comes from there.
+    fn light_step(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        if scene.lights.is_empty() {
+            return;
+        }
+        self.lit.clear();
+        self.shadow.clear();
+        let samplers = self.blocks.iter().map(|block| &block.samplers);
+        sampler::draw_blocks(samplers, Dimension::Light(k), &mut self.numbers);
+        for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
+            let x = &block.vertices;
+            let light = scene.sample_lights([u0, u1, u2]);
+            let seen = x.see(&light);
+            let eval = x.eval(seen.wi);
+            let arriving = light.radiance * seen.per_density;
+            let value = block.throughput * eval.value * arriving;
+            let by_bsdf = eval.pdf * x.survival(k) * seen.per_density;
+            let value = value / (f32x8::ONE + by_bsdf);
+            let rays = x.rays_to(light.position, light.ng, light.offset);
+            let mask = seen.holds & eval.holds;
+            for lane in lanes_of(mask.to_bitmask() & block.alive) {
+                self.shadow.push(&rays.lane(lane));
+                self.lit.push(Lit {
+                    light: value.lane(lane),
+                    index: block.index[lane],
+                });
+            }
+        }
+        trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
+        for (ray, lit) in self.lit.iter().enumerate() {
+            if !self.shadow.is_blocked(ray as u32) {
+                self.gathered[lit.index as usize] += lit.light;
+            }
+        }
+    }
+
+    /// Samples the BSDF at x_k; paths that end are left out.
+    fn scatter(&mut self, k: u32) {
+        self.bounce.clear();
+        let samplers = self.blocks.iter().map(|block| &block.samplers);
+        sampler::draw_blocks(samplers, Dimension::Bsdf(k), &mut self.numbers);
+        for (block, &[u0, u1, _, u_roulette]) in self.blocks.iter().zip(&self.numbers) {
+            let x = &block.vertices;
+            let survival = x.survival(k);
+            let survives = u_roulette.simd_lt(survival) & block.throughput.is_not_zero();
+            let scattering = x.sample([u0, u1]);
+            let eval = scattering.eval;
+            let pdf = eval.pdf * survival;
+            let throughput = block.throughput * eval.value * (f32x8::ONE / pdf);
+            let rays = x.rays(scattering.wi);
+            let mask = survives & eval.holds;
+            for lane in lanes_of(mask.to_bitmask() & block.alive) {
+                let ray = self.bounce.push(&rays.lane(lane)) as usize;
+                let (at, to) = (ray / LANES, ray % LANES);
+                if at == self.flights.len() {
+                    self.flights.push(Flight::default());
+                }
+                let flight = &mut self.flights[at];
+                flight.from.set(to, x.position.lane(lane));
+                flight.throughput.set(to, throughput.lane(lane));
+                set(&mut flight.pdf, to, pdf.as_array()[lane]);
+                flight.samplers[to] = block.samplers[lane];
+                flight.index[to] = block.index[lane];
+            }
+        }
+        // So many lanes there will be at the next vertices.
+        self.len = self.bounce.len();
+    }
+
+    /// Moves the paths to their next vertices; those that reached light are complete.
+    fn arrive(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        // At the last vertex only light counts.
+        let goes_on = k + 2 <= context.settings.depth;
+        self.blocks
+            .resize(self.len.div_ceil(LANES), Block::default());
+        for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
+            let hits = self.bounce.hits(at);
+            let lights = hits.lights(scene);
+            let mut ends = lights;
+            if !scene.environment.is_black() {
+                ends |= first_lanes(self.len - at * LANES) & !hits.found;
+            }
+            for lane in lanes_of(ends) {
+                let (from, wi) = (flight.from.lane(lane), hits.direction.lane(lane));
+                let pdf = flight.pdf.as_array()[lane];
+                if let Some((radiance, by_light)) =
+                    light_at(scene, &hits.end(scene, lane), from, wi, pdf)
+                {
+                    let value = flight.throughput.lane(lane) * radiance;
+                    self.gathered[flight.index[lane] as usize] += value / (1.0 + by_light);
+                }
+            }
+            block.alive = if goes_on { hits.found & !lights } else { 0 };
+            if block.alive != 0 {
+                block.vertices = VerticesX8::met(scene, &hits, block.alive);
+                block.throughput = flight.throughput;
+                block.samplers = flight.samplers;
+                block.index = flight.index;
+            }
+        }
+        if !goes_on {
+            self.len = 0;
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Vertices on Lambert surfaces, and the lights they see, in lanes.
+
+use crate::bsdf::lambert::{self, EvalX8};
+use crate::frame::{FrameX8, offset_origin_x8};
+use crate::lanes::{Vec3x8, from_lanes, lanes_of, mask_of, negative, positive};
+use crate::path::ROULETTE_FROM;
+use crate::path::bounce::{ByLight, radiance};
+use crate::scene::Scene;
+use crate::scene::light::LightSamplesX8;
+use crate::shift::solid_angle_per_area_x8;
+use crate::trace::rays::{HitsX8, Ray};
+use crate::vertex::{End, Vertex};
+use glam::Vec3;
+use wide::f32x8;
+
+/// [`Vertex`] in lanes.
+#[derive(Clone, Default)]
+pub(super) struct VerticesX8 {
+    pub(super) position: Vec3x8,
+    /// Geometric normals.
+    pub(super) ng: Vec3x8,
+    /// Interpolated shading normals.
+    ns: Vec3x8,
+    /// The normals to shade with, as seen from where the paths came from.
+    pub(super) normal: Vec3x8,
+    /// Their cosines to the directions to there.
+    cos_o: f32x8,
+    /// Whether both normals are on that side.
+    agrees: f32x8,
+    /// Distances by which rays start off the surfaces.
+    pub(super) offset: f32x8,
+    pub(super) albedo: Vec3x8,
+    survival: f32x8,
+}
+
+/// Directions drawn by the BSDF.
+pub(super) struct ScatteringX8 {
+    /// Unit directions in the world.
+    pub(super) wi: Vec3x8,
+    pub(super) eval: EvalX8,
+}
+
+/// Rays that leave vertices.
+pub(super) struct RaysX8 {
+    pub(super) origin: Vec3x8,
+    pub(super) direction: Vec3x8,
+    pub(super) length: f32x8,
+}
+
+impl RaysX8 {
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> Ray {
+        Ray {
+            origin: self.origin.lane(lane),
+            direction: self.direction.lane(lane),
+            length: self.length.as_array()[lane],
+        }
+    }
+}
+
+impl VerticesX8 {
+    /// Number of rows.
+    pub(super) const ROWS: usize = 19;
+
+    /// Numbers of one kind in each, to be stored in columns.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> [f32x8; Self::ROWS] {
+        let [p, g, s, n, a] = [self.position, self.ng, self.ns, self.normal, self.albedo]
+            .map(|Vec3x8 { x, y, z }| [x, y, z]);
+        [
+            p[0], p[1], p[2], g[0], g[1], g[2], s[0], s[1], s[2], n[0], n[1], n[2], a[0], a[1],
+            a[2], self.cos_o, self.agrees, self.offset, self.survival,
+        ]
+    }
+
+    /// The vertices with these rows.
+    #[inline(always)]
+    pub(super) fn from_rows(r: [f32x8; Self::ROWS]) -> Self {
+        let vector = |at: usize| Vec3x8 {
+            x: r[at],
+            y: r[at + 1],
+            z: r[at + 2],
+        };
+        Self {
+            position: vector(0),
+            ng: vector(3),
+            ns: vector(6),
+            normal: vector(9),
+            albedo: vector(12),
+            cos_o: r[15],
+            agrees: r[16],
+            offset: r[17],
+            survival: r[18],
+        }
+    }
+
+    /// Where rays arrived, as by [`End::new`]: surfaces in the lanes `surfaces`. Points on lights have
+    /// position, normal and offset; where there is no hit it means nothing.
+    #[inline(always)]
+    pub(super) fn met(scene: &Scene, hits: &HitsX8, surfaces: u32) -> Self {
+        let materials = hits.triangle.map(|triangle| {
+            let material = scene.mesh.material_of[triangle as usize];
+            &scene.materials[material as usize]
+        });
+        let mut albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
+        let survival = from_lanes(|lane| materials[lane].survival);
+        let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
+        for lane in lanes_of(surfaces) {
+            if materials[lane].textures.is_some()
+                && let End::Surface(vertex) = hits.end(scene, lane)
+            {
+                points.ns.set(lane, vertex.ns);
+                albedo.set(lane, vertex.texel.colour);
+            }
+        }
+        let wo = -hits.direction;
+        let (normal, cos_o, agrees) = seen_from(points.ng, points.ns, wo);
+        Self {
+            position: points.position,
+            ng: points.ng,
+            ns: points.ns,
+            normal,
+            cos_o,
+            agrees,
+            offset: points.offset,
+            albedo,
+            survival,
+        }
+    }
+
+    /// Puts a vertex into a lane.
+    pub(super) fn set(&mut self, lane: usize, scene: &Scene, vertex: &Vertex) {
+        let normal = vertex.normal();
+        let cos_o = normal.dot(vertex.wo);
+        let agrees = vertex.agrees(vertex.wo, cos_o);
+        self.position.set(lane, vertex.position);
+        self.ng.set(lane, vertex.ng);
+        self.ns.set(lane, vertex.ns);
+        self.normal.set(lane, normal);
+        self.albedo.set(lane, vertex.texel.colour);
+        set(&mut self.cos_o, lane, cos_o);
+        set(&mut self.agrees, lane, mask_of(u32::from(agrees)).as_array()[0]);
+        set(&mut self.offset, lane, vertex.offset);
+        set(&mut self.survival, lane, vertex.survival(scene));
+    }
+
+    /// Puts the vertex in lane `from` of `others` into a lane.
+    pub(super) fn copy(&mut self, lane: usize, others: &Self, from: usize) {
+        self.position.set(lane, others.position.lane(from));
+        self.ng.set(lane, others.ng.lane(from));
+        self.ns.set(lane, others.ns.lane(from));
+        self.normal.set(lane, others.normal.lane(from));
+        self.albedo.set(lane, others.albedo.lane(from));
+        set(&mut self.cos_o, lane, others.cos_o.as_array()[from]);
+        set(&mut self.agrees, lane, others.agrees.as_array()[from]);
+        set(&mut self.offset, lane, others.offset.as_array()[from]);
+        set(&mut self.survival, lane, others.survival.as_array()[from]);
+    }
+
+    /// The BSDF (with the cosine at `wi`) and its density for unit directions in the world, as by
+    /// [`Vertex::eval`].
+    #[inline(always)]
+    pub(super) fn eval(&self, wi: Vec3x8) -> EvalX8 {
+        let cos_i = self.normal.dot(wi);
+        let mut eval = lambert::eval_x8(self.albedo, self.cos_o, cos_i);
+        eval.holds = eval.holds & self.agrees & positive(self.ng.dot(wi) * cos_i);
+        eval
+    }
+
+    /// As by [`Vertex::eval_seen_from`].
+    #[inline(always)]
+    pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8 {
+        let (normal, cos_o, agrees) = seen_from(self.ng, self.ns, wo);
+        let cos_i = normal.dot(wi);
+        let mut eval = lambert::eval_x8(self.albedo, cos_o, cos_i);
+        eval.holds = eval.holds & agrees & positive(self.ng.dot(wi) * cos_i);
+        eval
+    }
+
+    /// Draws directions, as by [`Vertex::sample`].
+    #[inline(always)]
+    pub(super) fn sample(&self, u: [f32x8; 2]) -> ScatteringX8 {
+        let (local, mut eval) = lambert::sample_x8(self.albedo, self.cos_o, u);
+        let wi = FrameX8::new(self.normal).to_world(local);
+        let wi = wi * wi.length_recip();
+        eval.holds = eval.holds & positive(self.ng.dot(wi) * local.z);
+        ScatteringX8 { wi, eval }
+    }
+
+    /// Probability that a path goes on from here as its vertex x_k.
+    #[inline(always)]
+    pub(super) fn survival(&self, k: u32) -> f32x8 {
+        if k < ROULETTE_FROM {
+            f32x8::ONE
+        } else {
+            self.survival
+        }
+    }
+
+    /// Rays in these unit directions, without end, as by [`Vertex::ray`].
+    #[inline(always)]
+    pub(super) fn rays(&self, direction: Vec3x8) -> RaysX8 {
+        RaysX8 {
+            origin: offset_origin_x8(self.position, self.ng, self.offset, direction),
+            direction,
+            length: f32x8::splat(f32::INFINITY),
+        }
+    }
+
+    /// Rays to just before points on surfaces, as by [`Vertex::ray_to`].
+    #[inline(always)]
+    pub(super) fn rays_to(&self, position: Vec3x8, ng: Vec3x8, offset: f32x8) -> RaysX8 {
+        let towards = position - self.position;
+        let origin = offset_origin_x8(self.position, self.ng, self.offset, towards);
+        let end = offset_origin_x8(position, ng, offset, -towards);
+        RaysX8 {
+            origin,
+            direction: end - origin,
+            length: f32x8::ONE,
+        }
+    }
+
+    /// The lights as they are seen from here.
+    #[inline(always)]
+    pub(super) fn see(&self, light: &LightSamplesX8) -> SeenX8 {
+        let (wi, g, holds) = solid_angle_per_area_x8(self.position, light.position, light.ng);
+        SeenX8 {
+            wi,
+            per_density: g / light.density,
+            holds: light.holds & holds & negative(light.ng.dot(wi)),
+        }
+    }
+}
+
+/// Points on lights as they are seen from vertices.
+pub(super) struct SeenX8 {
+    /// Unit directions to them.
+    pub(super) wi: Vec3x8,
+    /// One over the densities per solid angle.
+    pub(super) per_density: f32x8,
+    /// Where there is a light, and it is seen from its front.
+    pub(super) holds: f32x8,
+}
+
+/// The normals to shade with as seen from the directions `wo`, their cosines to it, and whether both
+/// normals are on that side.
+#[inline(always)]
+fn seen_from(ng: Vec3x8, ns: Vec3x8, wo: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
+    let (by_ng, by_ns) = (ng.dot(wo), ns.dot(wo));
+    let same_side = !(positive(by_ns) ^ positive(by_ng));
+    let cos_o = same_side.select(by_ns, by_ng);
+    let normal = Vec3x8::select(same_side, ns, ng);
+    (normal, cos_o, positive(by_ng * cos_o))
+}
+
+impl HitsX8 {
+    /// A bit for each lane whose ray met a light.
+    #[inline(always)]
+    pub(super) fn lights(&self, scene: &Scene) -> u32 {
+        let mut lights = 0;
+        for (lane, &triangle) in self.triangle.iter().enumerate() {
+            let material = scene.mesh.material_of[triangle as usize];
+            let emits = scene.materials[material as usize].emission.is_some();
+            lights |= u32::from(emits) << lane;
+        }
+        lights & self.found
+    }
+
+    /// What the ray in a lane met.
+    pub(super) fn end(&self, scene: &Scene, lane: usize) -> End {
+        let hit = (self.found >> lane & 1 == 1).then(|| self.lane(lane));
+        End::new(scene, hit, self.direction.lane(lane))
+    }
+}
+
+/// Puts a number into a lane.
+#[inline(always)]
+pub(super) fn set(numbers: &mut f32x8, lane: usize, number: f32) {
+    numbers.as_mut_array()[lane] = number;
+}
+
+/// The radiance that a path finds at its end, and what light sampling would have had, over the density of
+/// BSDF sampling. The path left `from` in the direction `wi`, with the density `pdf`. `None` where no
+/// light comes from.
+pub(super) fn light_at(
+    scene: &Scene,
+    end: &End,
+    from: Vec3,
+    wi: Vec3,
+    pdf: f32,
+) -> Option<(Vec3, f32)> {
+    match end {
+        // Light sampling leaves the backs of lights out, and so does everything else.
+        End::Light(light) if !light.front => None,
+        End::Surface(_) => None,
+        _ => {
+            let by_light = ByLight::of(scene, from, end, wi, pdf);
+            let radiance = radiance(scene, end, wi);
+            Some((radiance, by_light.density(scene, from)))
+        }
+    }
+}
