@@ -1,7 +1,9 @@
 //! The gradient estimate: what one base path and its offset path add to a difference of two pixels
 //! (Kettunen et al. 2015, sections 5.1 and 5.3; method.md section 2).
 
+use crate::lanes::{Vec3x8, positive};
 use glam::Vec3;
+use wide::f32x8;
 
 /// How the two shifts that estimate one difference, i → j and j → i, are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
@@ -91,6 +93,53 @@ impl Base {
     }
 }
 
+/// [`Base`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct BaseX8 {
+    /// F = f(x)/p_t(x).
+    pub value: Vec3x8,
+    /// Σ_s p_s(x)/p_t(x) over the techniques s, ≥ 1.
+    pub densities: f32x8,
+}
+
+/// [`Shift`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct ShiftX8 {
+    /// Y = f(y)|T'|/p_t(x).
+    pub value: Vec3x8,
+    /// Σ_s p_s(y)|T'|/p_t(x) over the techniques s.
+    pub densities: f32x8,
+}
+
+impl ShiftX8 {
+    /// Dead shifts.
+    pub const DEAD: Self = Self {
+        value: Vec3x8::ZERO,
+        densities: f32x8::ZERO,
+    };
+}
+
+impl BaseX8 {
+    /// [`Base::primal`] in lanes.
+    #[inline(always)]
+    pub fn primal(&self) -> Vec3x8 {
+        self.value / self.densities
+    }
+
+    /// [`Base::difference`] in lanes.
+    #[inline(always)]
+    pub fn difference(&self, shift: &ShiftX8, weights: Weights) -> Vec3x8 {
+        let weight = match weights {
+            Weights::Mis => f32x8::ONE / (self.densities + shift.densities),
+            Weights::Symmetric => {
+                let numerator = positive(shift.densities).select(f32x8::splat(0.5), f32x8::ONE);
+                numerator / self.densities
+            }
+        };
+        (shift.value - self.value) * weight
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +193,15 @@ mod tests {
             let difference = base.difference(&shift, Weights::Mis).x;
             let (least, most) = (-f / own, y / shifted);
             prop_assert!(difference >= least * 1.0001 && difference <= most * 1.0001);
+
+            for weights in [Weights::Mis, Weights::Symmetric] {
+                let lanes = BaseX8 { value: Vec3x8::splat(base.value), densities: f32x8::splat(own) };
+                let there = ShiftX8 { value: Vec3x8::splat(shift.value), densities: f32x8::splat(shifted) };
+                prop_assert_eq!(lanes.primal().lane(3), base.primal());
+                prop_assert_eq!(lanes.difference(&there, weights).lane(4), base.difference(&shift, weights));
+                let dead = lanes.difference(&ShiftX8::DEAD, weights).lane(7);
+                prop_assert_eq!(dead, base.difference(&Shift::DEAD, weights));
+            }
         }
     }
 

@@ -23,6 +23,13 @@ pub struct Vec3x8 {
 }
 
 impl Vec3x8 {
+    /// 0 in all lanes.
+    pub const ZERO: Self = Self {
+        x: f32x8::ZERO,
+        y: f32x8::ZERO,
+        z: f32x8::ZERO,
+    };
+
     /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {

@@ -19,7 +19,7 @@
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
 //! | [`vertex`] | What a ray met, ready for scattering and shifting. | frame, bsdf, scene, trace |
 //! | [`shift`] | How an offset path follows its base path. | lanes, bsdf, scene, vertex |
-//! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | |
+//! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
 //! | [`path`] | Base and offset paths of a tile, traced together. | lanes, warp, frame, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |

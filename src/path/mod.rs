@@ -19,7 +19,7 @@ use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
 use crate::vertex::{End, Vertex};
-use diffuse::PlainPaths;
+use diffuse::{Front, PlainPaths};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -150,7 +150,8 @@ pub struct PathTracer<const N: usize> {
     /// What follows once all offset paths of a base path are connected or dead: for all of them the
     /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
     suffixes: Wavefront<0>,
-    /// The suffixes of diffuse scenes.
+    /// In diffuse scenes these two take the places of `front`, but with a lens, and of `suffixes`.
+    diffuse_front: Front<N>,
     diffuse: PlainPaths,
     shares: Vec<Share<N>>,
 }
@@ -219,36 +220,48 @@ impl<const N: usize> PathTracer<N> {
             self.front
                 .samples
                 .resize((tile.width * tile.height) as usize, PixelSample::default());
-            self.front.primary_step(context, tile, sample, sums);
-            self.hand_over(context);
+            if context.in_lanes && scene.camera.lens.is_none() {
+                let samples = &mut self.front.samples;
+                self.diffuse_front
+                    .primary_step(context, tile, sample, samples, sums);
+            } else {
+                self.front.primary_step(context, tile, sample, sums);
+            }
+            self.hand_over(context, 1);
             // A path at x_k has k segments; what is gathered there has k + 1.
             for k in 1..settings.depth {
                 if self.is_done() {
                     break;
                 }
                 self.front.step(context, k);
+                self.diffuse_front.step(context, k);
                 self.suffixes.step(context, k);
                 self.diffuse.step(context, k);
-                self.hand_over(context);
+                self.hand_over(context, k + 1);
             }
             self.front.paths.clear();
+            self.diffuse_front.collect(tile, &mut self.front.samples);
             self.collect();
             let weight = settings.position(sample).weight;
             self.front.finish_sample(tile, sample, weight, sums);
         }
         let mut counts = std::mem::take(&mut self.front.counts);
         counts.add(&std::mem::take(&mut self.suffixes.counts));
+        counts.add(&std::mem::take(&mut self.diffuse_front.counts));
         counts.add(&std::mem::take(&mut self.diffuse.counts));
         counts
     }
 
     /// Whether no path goes on.
     fn is_done(&self) -> bool {
-        self.front.paths.is_empty() && self.suffixes.paths.is_empty() && self.diffuse.is_empty()
+        self.front.paths.is_empty()
+            && self.diffuse_front.is_empty()
+            && self.suffixes.paths.is_empty()
+            && self.diffuse.is_empty()
     }
 
-    /// Makes suffixes of the paths whose offset paths are all connected or dead.
-    fn hand_over(&mut self, context: Context) {
+    /// Makes suffixes of the paths at x_k whose offset paths are all connected or dead.
+    fn hand_over(&mut self, context: Context, k: u32) {
         // Plain paths stay where they are, unless there are lanes for them.
         if N == 0 && !context.in_lanes {
             return;
@@ -256,10 +269,12 @@ impl<const N: usize> PathTracer<N> {
         let Self {
             front,
             suffixes,
+            diffuse_front,
             diffuse,
             shares,
         } = self;
         let weights = context.settings.weights;
+        diffuse_front.hand_over(k, weights, diffuse, shares);
         front.paths.retain(|path| {
             let settled = path
                 .offsets

@@ -50,14 +50,14 @@ pub fn replay<const N: usize>(
     paths.front.samples.push(PixelSample::default());
     paths.front.primary_step(context, tile, sample, &mut sums);
     log.primary(&paths.front, context);
-    log.hand_over(&mut paths, context);
+    log.hand_over(&mut paths, context, 1);
     for k in 1..settings.depth {
         if paths.is_done() {
             break;
         }
         log.step(&mut paths.front, context, k);
         log.step(&mut paths.suffixes, context, k);
-        log.hand_over(&mut paths, context);
+        log.hand_over(&mut paths, context, k + 1);
     }
     log.suffix(&paths);
     paths.collect();
@@ -286,9 +286,9 @@ impl Log {
         }
     }
 
-    fn hand_over<const N: usize>(&mut self, paths: &mut PathTracer<N>, context: Context) {
+    fn hand_over<const N: usize>(&mut self, paths: &mut PathTracer<N>, context: Context, k: u32) {
         let before = paths.shares.len();
-        paths.hand_over(context);
+        paths.hand_over(context, k);
         for share in &paths.shares[before..] {
             let text =
                 "all offset paths are connected or dead: what follows counts from f/p = 1 for all";

@@ -1,7 +1,7 @@
 //! Batches of rays in blocks of 8, structure of arrays inside a block: the layout of Embree's packets,
 //! so that nothing is copied on the way to the kernels.
 
-use crate::lanes::{LANES, Vec3x8};
+use crate::lanes::{LANES, Vec3x8, lanes_of};
 use glam::Vec3;
 use wide::f32x8;
 
@@ -225,6 +225,30 @@ impl ClosestBatch {
         }
     }
 
+    /// What rays from all over the batch hit, after tracing: in each of `lanes` the ray that `rays` names,
+    /// with the direction that it has.
+    #[inline(always)]
+    pub fn hits_of(&self, rays: &[u32; LANES], lanes: u32, direction: Vec3x8) -> HitsX8 {
+        let mut hits = HitsX8 {
+            direction,
+            triangle: [0; LANES],
+            u: f32x8::ZERO,
+            v: f32x8::ZERO,
+            t: f32x8::ZERO,
+            found: 0,
+        };
+        for lane in lanes_of(lanes) {
+            if let Some(hit) = self.hit(rays[lane]) {
+                hits.triangle[lane] = hit.triangle;
+                hits.u.as_mut_array()[lane] = hit.u;
+                hits.v.as_mut_array()[lane] = hit.v;
+                hits.t.as_mut_array()[lane] = hit.t;
+                hits.found |= 1 << lane;
+            }
+        }
+        hits
+    }
+
     /// Hits on the second geometry get the numbers from `first` on.
     #[cfg(feature = "embree")]
     pub(super) fn number_on(&mut self, first: u32) {
@@ -306,6 +330,14 @@ impl AnyBatch {
     #[inline]
     pub fn is_blocked(&self, index: u32) -> bool {
         self.blocks[index as usize / LANES].tfar[index as usize % LANES] < 0.0
+    }
+
+    /// [`AnyBatch::is_blocked`] in each of `lanes`, for the ray that `rays` names: a bit for each.
+    #[inline(always)]
+    pub fn blocked(&self, rays: &[u32; LANES], lanes: u32) -> u32 {
+        lanes_of(lanes).fold(0, |bits, lane| {
+            bits | u32::from(self.is_blocked(rays[lane])) << lane
+        })
     }
 
     /// Replaces every ray's result by what `blocked` says.

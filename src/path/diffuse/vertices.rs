@@ -48,6 +48,16 @@ pub(super) struct RaysX8 {
 }
 
 impl RaysX8 {
+    /// Lanes of `a` where `mask` is set, of `b` elsewhere.
+    #[inline(always)]
+    pub(super) fn select(mask: f32x8, a: Self, b: Self) -> Self {
+        Self {
+            origin: Vec3x8::select(mask, a.origin, b.origin),
+            direction: Vec3x8::select(mask, a.direction, b.direction),
+            length: mask.select(a.length, b.length),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> Ray {
         Ray {
@@ -68,8 +78,25 @@ impl VerticesX8 {
         let [p, g, s, n, a] = [self.position, self.ng, self.ns, self.normal, self.albedo]
             .map(|Vec3x8 { x, y, z }| [x, y, z]);
         [
-            p[0], p[1], p[2], g[0], g[1], g[2], s[0], s[1], s[2], n[0], n[1], n[2], a[0], a[1],
-            a[2], self.cos_o, self.agrees, self.offset, self.survival,
+            p[0],
+            p[1],
+            p[2],
+            g[0],
+            g[1],
+            g[2],
+            s[0],
+            s[1],
+            s[2],
+            n[0],
+            n[1],
+            n[2],
+            a[0],
+            a[1],
+            a[2],
+            self.cos_o,
+            self.agrees,
+            self.offset,
+            self.survival,
         ]
     }
 
@@ -139,7 +166,11 @@ impl VerticesX8 {
         self.normal.set(lane, normal);
         self.albedo.set(lane, vertex.texel.colour);
         set(&mut self.cos_o, lane, cos_o);
-        set(&mut self.agrees, lane, mask_of(u32::from(agrees)).as_array()[0]);
+        set(
+            &mut self.agrees,
+            lane,
+            mask_of(u32::from(agrees)).as_array()[0],
+        );
         set(&mut self.offset, lane, vertex.offset);
         set(&mut self.survival, lane, vertex.survival(scene));
     }

@@ -1,0 +1,57 @@
+//! Primary hits of a tile and its border, so stored that eight neighbours in a row can be loaded from any
+//! place: the offset paths of eight pixels start one place further.
+
+use super::vertices::VerticesX8;
+use crate::lanes::{LANES, mask_of};
+use wide::f32x8;
+
+/// Primary vertices row by row, each number of theirs in an array of its own.
+#[derive(Default)]
+pub(super) struct Grid {
+    numbers: [Vec<f32>; VerticesX8::ROWS],
+    /// A mask: where there is a surface.
+    surfaces: Vec<f32>,
+    /// Places in a row.
+    pub(super) width: usize,
+}
+
+impl Grid {
+    /// Makes room for `places` places in rows of `width`. What was there is still there.
+    pub(super) fn resize(&mut self, width: usize, places: usize) {
+        self.width = width;
+        let length = self.padding() + places.next_multiple_of(LANES) + self.padding();
+        for list in self.numbers.iter_mut().chain([&mut self.surfaces]) {
+            list.resize(length, 0.0);
+        }
+    }
+
+    /// Loads begin up to a row before the first place, and end up to a row and a vector behind the last.
+    fn padding(&self) -> usize {
+        self.width + LANES
+    }
+
+    /// Stores the vertices from `place` on, and a bit for each lane: whether it is a surface.
+    #[inline(always)]
+    pub(super) fn store(&mut self, place: usize, vertices: &VerticesX8, surfaces: u32) {
+        let at = self.padding() + place;
+        for (list, numbers) in self.numbers.iter_mut().zip(vertices.rows()) {
+            list[at..at + LANES].copy_from_slice(numbers.as_array());
+        }
+        self.surfaces[at..at + LANES].copy_from_slice(mask_of(surfaces).as_array());
+    }
+
+    /// The vertices from `step` places after `place` on; `step` is at most a row.
+    #[inline(always)]
+    pub(super) fn load(&self, place: usize, step: isize) -> VerticesX8 {
+        let at = (self.padding() + place).wrapping_add_signed(step);
+        let row = |list: &Vec<f32>| f32x8::from(&list[at..at + LANES]);
+        VerticesX8::from_rows(self.numbers.each_ref().map(row))
+    }
+
+    /// Which of them are surfaces.
+    #[inline(always)]
+    pub(super) fn surfaces(&self, place: usize, step: isize) -> u32 {
+        let at = (self.padding() + place).wrapping_add_signed(step);
+        f32x8::from(&self.surfaces[at..at + LANES]).to_bitmask()
+    }
+}
