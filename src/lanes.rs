@@ -23,6 +23,13 @@ pub struct Vec3x8 {
 }
 
 impl Vec3x8 {
+    /// 1 in all lanes.
+    pub const ONE: Self = Self {
+        x: f32x8::ONE,
+        y: f32x8::ONE,
+        z: f32x8::ONE,
+    };
+
     /// 0 in all lanes.
     pub const ZERO: Self = Self {
         x: f32x8::ZERO,
@@ -39,12 +46,14 @@ impl Vec3x8 {
     /// What `vector` gives for each lane.
     #[inline(always)]
     pub fn from_lanes(vector: impl Fn(usize) -> Vec3) -> Self {
-        let vectors: [Vec3; LANES] = std::array::from_fn(vector);
-        Self {
-            x: vectors.map(|v| v.x).into(),
-            y: vectors.map(|v| v.y).into(),
-            z: vectors.map(|v| v.z).into(),
+        let mut components = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let v = vector(lane);
+            components[0][lane] = v.x;
+            components[1][lane] = v.y;
+            components[2][lane] = v.z;
         }
+        Self::from(components)
     }
 
     /// The vector in one lane.
@@ -136,7 +145,11 @@ impl Vec3x8 {
 /// The number that `number` gives for each lane.
 #[inline(always)]
 pub fn from_lanes(number: impl Fn(usize) -> f32) -> f32x8 {
-    std::array::from_fn::<f32, LANES, _>(number).into()
+    let mut numbers = [0.0; LANES];
+    for (lane, n) in numbers.iter_mut().enumerate() {
+        *n = number(lane);
+    }
+    numbers.into()
 }
 
 /// Where a number is above 0; NaN is not.

@@ -45,13 +45,19 @@ pub enum Dimension {
 }
 
 /// The random numbers of one sample of one pixel.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     index: u32,
     scramble: u32,
 }
 
 impl Sampler {
+    /// In the place of one where there is no pixel.
+    pub const NONE: Self = Self {
+        index: 0,
+        scramble: 0,
+    };
+
     /// The numbers of sample `sample` of the pixel (`x`, `y`), scrambled apart from all other pixels.
     #[inline]
     pub fn for_pixel(points: Points, seed: u64, x: u32, y: u32, sample: u64) -> Self {
@@ -147,7 +153,7 @@ pub fn draw_all(
             scramble[count] = sampler.scramble.wrapping_add(padding);
             count += 1;
         }
-        let numbers = draw_lanes(matrices, set, &index, &scramble);
+        let numbers = draw_lanes(matrices, set, &index, &scramble, &[0, 1, 2, 3]);
         out.extend((0..count).map(|lane| std::array::from_fn(|d| numbers[d][lane])));
         if count < LANES {
             return;
@@ -155,10 +161,12 @@ pub fn draw_all(
     }
 }
 
-/// [`draw_all`] for samplers in blocks, with the numbers in lanes.
+/// [`draw_all`] for samplers in blocks, with the numbers in lanes. Of the four numbers only those of `wanted`
+/// are drawn; the others are 0.
 pub fn draw_blocks<'a>(
     blocks: impl IntoIterator<Item = &'a [Sampler; lanes::LANES]>,
     dimension: Dimension,
+    wanted: &[usize],
     out: &mut Vec<[f32x8; 4]>,
 ) {
     let (set, padding) = dimension.set();
@@ -173,7 +181,7 @@ pub fn draw_blocks<'a>(
         };
         let index = std::array::from_fn(|lane| sampler(lane).index);
         let scramble = std::array::from_fn(|lane| sampler(lane).scramble.wrapping_add(padding));
-        let numbers = draw_lanes(matrices, set, &index, &scramble);
+        let numbers = draw_lanes(matrices, set, &index, &scramble, wanted);
         let half = |at: usize| numbers.map(|n| f32x8::from(&n[at..at + lanes::LANES]));
         out.push(half(0));
         if second.is_some() {
@@ -189,6 +197,7 @@ fn draw_lanes(
     set: u32,
     index: &[u32; LANES],
     scramble: &[u32; LANES],
+    wanted: &[usize],
 ) -> [[f32; LANES]; 4] {
     const DIMENSION_SCRAMBLES: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
     let mut shuffled = [0u32; LANES];
@@ -198,7 +207,7 @@ fn draw_lanes(
     }
     // Each inner loop is one vector instruction for all lanes.
     let mut numbers = [[0.0; LANES]; 4];
-    for d in 0..4 {
+    for &d in wanted {
         let mut points = [0u32; LANES];
         for (bit, columns) in matrices.iter().enumerate() {
             for lane in 0..LANES {

@@ -1,9 +1,11 @@
 //! The camera: a pinhole, or a thin lens.
 
 use crate::error::{Error, Result};
+use crate::lanes::Vec3x8;
 use crate::load::sidecar::CameraTable;
 use crate::warp;
 use glam::{Quat, Vec3};
+use wide::f32x8;
 
 /// A camera and the size of its film.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,6 +126,14 @@ impl Camera {
     #[inline]
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
         (self.corner + self.step.0 * x + self.step.1 * y).normalize()
+    }
+
+    /// [`Camera::direction`] in lanes.
+    #[inline(always)]
+    pub fn directions(&self, x: f32x8, y: f32) -> Vec3x8 {
+        let of = Vec3x8::splat;
+        let d = of(self.corner) + of(self.step.0) * x + of(self.step.1 * y);
+        d * d.length_recip()
     }
 
     /// The ray's origin and unit direction through the film at (`x`, `y`) and through the point of the

@@ -6,7 +6,7 @@ use super::environment::SkySample;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
-use crate::lanes::{Vec3x8, from_lanes};
+use crate::lanes::{LANES, Vec3x8, from_lanes};
 use crate::warp;
 use glam::Vec3;
 use wide::f32x8;
@@ -265,9 +265,10 @@ impl Scene {
         let Choice::Power(table) = &self.lights.choice else {
             panic!("the lights are plain");
         };
-        let chosen = u[0]
-            .to_array()
-            .map(|u| &self.lights.triangles[table.choose(u)]);
+        let mut chosen = [&self.lights.triangles[0]; LANES];
+        for (light, &u) in chosen.iter_mut().zip(u[0].as_array()) {
+            *light = &self.lights.triangles[table.choose(u)];
+        }
         let corner = |i: usize| Vec3x8::from_lanes(|lane| chosen[lane].corners[i]);
         let (b, c) = warp::triangle_x8([u[1], u[2]]);
         let density = from_lanes(|lane| chosen[lane].density);

@@ -165,10 +165,13 @@ impl Mesh {
     /// [`Mesh::point`] in lanes.
     #[inline(always)]
     pub fn points(&self, triangles: &[u32; LANES], u: f32x8, v: f32x8) -> PointsX8 {
-        let corners = triangles.map(|t| self.triangles[t as usize]);
+        let mut corners = [[0; 3]; LANES];
+        for (corners, &triangle) in corners.iter_mut().zip(triangles) {
+            *corners = self.triangles[triangle as usize];
+        }
         let corner =
             |i: usize| Vec3x8::from_lanes(|lane| self.positions[corners[lane][i] as usize]);
-        let [a, b, c] = [corner(0), corner(1), corner(2)];
+        let (a, b, c) = (corner(0), corner(1), corner(2));
         let w = f32x8::ONE - u - v;
         let n = (b - a).cross(c - a);
         let length2 = n.dot(n);
@@ -180,7 +183,10 @@ impl Mesh {
             offset: offset_distance_x8(a.abs().max(b.abs()).max(c.abs()).max_element()),
         };
         if !self.normal_triangles.is_empty() {
-            let corners = triangles.map(|t| self.normal_triangles[t as usize]);
+            let mut corners = [[0; 3]; LANES];
+            for (corners, &triangle) in corners.iter_mut().zip(triangles) {
+                *corners = self.normal_triangles[triangle as usize];
+            }
             // Flat triangles get 0, which gives way to the geometric normal.
             let normal = |i: usize| {
                 Vec3x8::from_lanes(|lane| {

@@ -5,7 +5,7 @@ use super::plain::PlainPaths;
 use super::vertices::VerticesX8;
 use super::{front_bounce::Flight, front_light::LightBlock};
 use crate::gradient::{BaseX8, Neighbour, ShiftX8, Weights};
-use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of, mask_of, negative};
+use crate::lanes::{LANES, Vec3x8, first_lanes, from_lanes, lanes_of, mask_of, negative};
 use crate::path::{Context, Counts, PathSettings, Share, Tile, trace_closest};
 use crate::sampler::Sampler;
 use crate::shift::Death;
@@ -95,13 +95,16 @@ impl<const N: usize> Front<N> {
         let bottom = (tile.y + tile.height + border).min(camera.height);
         self.primary.clear();
         for y in top..bottom {
-            for x in left..right {
-                let (x, y) = (x as f32 + position.x, y as f32 + position.y);
-                self.primary.push(&Ray {
-                    origin: camera.origin,
-                    direction: camera.direction(x, y),
-                    length: f32::INFINITY,
-                });
+            for x in (left..right).step_by(LANES) {
+                let across = from_lanes(|lane| (x + lane as u32) as f32 + position.x);
+                let directions = camera.directions(across, y as f32 + position.y);
+                for lane in lanes_of(first_lanes((right - x) as usize)) {
+                    self.primary.push(&Ray {
+                        origin: camera.origin,
+                        direction: directions.lane(lane),
+                        length: f32::INFINITY,
+                    });
+                }
             }
         }
         trace_closest(
@@ -114,20 +117,23 @@ impl<const N: usize> Front<N> {
         // What they met.
         let width = (right - left) as usize;
         self.grid.resize(width, self.primary.len());
+        let (mut column, mut row) = (left, top);
         for place in (0..self.primary.len()).step_by(LANES) {
             let hits = self.primary.hits(place / LANES);
             let surfaces = hits.found & !hits.lights(context.scene);
             let vertices = VerticesX8::met(context.scene, &hits, surfaces);
             self.grid.store(place, &vertices, surfaces);
-            let rays = first_lanes(self.primary.len() - place);
-            let pixels = std::array::from_fn(|lane| {
-                let (x, y) = ((place + lane) % width, (place + lane) / width);
+            let mut pixels = [None; LANES];
+            for pixel in pixels.iter_mut().take(self.primary.len() - place) {
                 // In the border this wraps around.
-                let x = (x as u32 + left).wrapping_sub(tile.x);
-                let y = (y as u32 + top).wrapping_sub(tile.y);
-                let in_tile = rays >> lane & 1 == 1 && x < tile.width && y < tile.height;
-                in_tile.then_some((y * tile.width + x) as usize)
-            });
+                let (x, y) = (column.wrapping_sub(tile.x), row.wrapping_sub(tile.y));
+                let in_tile = x < tile.width && y < tile.height;
+                *pixel = in_tile.then_some((y * tile.width + x) as usize);
+                column += 1;
+                if column == right {
+                    (column, row) = (left, row + 1);
+                }
+            }
             first_hits(context, &hits, &vertices, surfaces, pixels, samples, sums);
         }
 
@@ -159,37 +165,28 @@ impl<const N: usize> Front<N> {
             return;
         }
         let (film_x, film_y) = (tile.x + x, tile.y + y);
-        let offsets = std::array::from_fn(|j| {
+        self.blocks.push(Block::NONE);
+        let block = self.blocks.last_mut().expect("it was just pushed");
+        block.pixel = y * tile.width + x;
+        block.place = place;
+        block.vertices = self.grid.load(place, 0);
+        block.alive = alive;
+        for (lane, sampler) in block.samplers.iter_mut().enumerate() {
+            *sampler = Sampler::for_pixel(points, seed, film_x + lane as u32, film_y, sample);
+        }
+        for (j, offset) in block.offsets.iter_mut().enumerate() {
             // Where the film ends the difference does not exist.
             let on_film = match Neighbour::ALL[j] {
                 Neighbour::Right => first_lanes((camera.width - 1 - film_x) as usize),
                 Neighbour::Left => !u32::from(film_x == 0),
-                Neighbour::Down => 0u32.wrapping_sub(u32::from(film_y + 1 < camera.height)),
-                Neighbour::Up => 0u32.wrapping_sub(u32::from(film_y > 0)),
+                Neighbour::Down => u32::from(film_y + 1 < camera.height).wrapping_neg(),
+                Neighbour::Up => u32::from(film_y > 0).wrapping_neg(),
             };
             let there = self.grid.surfaces(place, step(j, self.grid.width));
             let missed = alive & on_film & !there;
             self.counts.deaths[Death::Missed as usize] += u64::from(missed.count_ones());
-            OffsetX8 {
-                alive: alive & on_film & there,
-                wo: Vec3x8::ZERO,
-                throughput: Vec3x8::splat(Vec3::ONE),
-                ratio: f32x8::ONE,
-            }
-        });
-        self.blocks.push(Block {
-            pixel: y * tile.width + x,
-            place,
-            vertices: self.grid.load(place, 0),
-            throughput: Vec3x8::splat(Vec3::ONE),
-            samplers: std::array::from_fn(|lane| {
-                Sampler::for_pixel(points, seed, film_x + lane as u32, film_y, sample)
-            }),
-            alive,
-            offsets,
-            primal: Vec3x8::ZERO,
-            to: [Vec3x8::ZERO; N],
-        });
+            offset.alive = alive & on_film & there;
+        }
     }
 
     /// Light and bounce at x_k.
@@ -224,18 +221,18 @@ impl<const N: usize> Front<N> {
                 value: block.throughput,
                 densities: f32x8::ONE,
             };
-            let to = block.offsets.each_ref().map(|offset| {
+            let mut to = [Vec3x8::ZERO; N];
+            let mut counts = base.value.is_not_zero();
+            for (to, offset) in to.iter_mut().zip(&block.offsets) {
                 let connected = mask_of(offset.alive);
                 let shift = ShiftX8 {
                     value: Vec3x8::select(connected, offset.throughput, Vec3x8::ZERO),
                     densities: connected & offset.ratio,
                 };
-                base.difference(&shift, weights)
-            });
+                *to = base.difference(&shift, weights);
+                counts = counts | to.is_not_zero();
+            }
             let primal = base.primal();
-            let counts = to
-                .iter()
-                .fold(base.value.is_not_zero(), |any, to| any | to.is_not_zero());
             for lane in lanes_of(settled & counts.to_bitmask()) {
                 plain.push_lane(&block.vertices, lane, block.samplers[lane]);
                 shares.push(Share {
@@ -262,7 +259,30 @@ impl<const N: usize> Front<N> {
     }
 }
 
+impl OffsetX8 {
+    /// With what all start, [`Carried::START`](crate::shift::Carried::START), but in no lane.
+    const START: Self = Self {
+        alive: 0,
+        wo: Vec3x8::ZERO,
+        throughput: Vec3x8::ONE,
+        ratio: f32x8::ONE,
+    };
+}
+
 impl<const N: usize> Block<N> {
+    /// No paths.
+    const NONE: Self = Self {
+        pixel: 0,
+        place: 0,
+        vertices: VerticesX8::NONE,
+        throughput: Vec3x8::ONE,
+        samplers: [Sampler::NONE; LANES],
+        alive: 0,
+        offsets: [OffsetX8::START; N],
+        primal: Vec3x8::ZERO,
+        to: [Vec3x8::ZERO; N],
+    };
+
     /// Adds complete paths and their shifts, in the lanes `holds`.
     #[inline(always)]
     pub(super) fn gather(

@@ -1,7 +1,8 @@
 //! The light step of base and offset paths.
 
-use super::front::{Block, Front, OffsetX8, step};
-use super::vertices::VerticesX8;
+use super::front::{Block, Front, step};
+use super::grid::Grid;
+use super::vertices::RaysX8;
 use crate::gradient::{BaseX8, ShiftX8};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::path::{Context, trace_any};
@@ -12,6 +13,7 @@ use crate::trace::rays::AnyBatch;
 use wide::f32x8;
 
 /// Complete paths of eight pixels, but for their shadow rays.
+#[derive(Clone)]
 pub(super) struct LightBlock<const N: usize> {
     base: ConnectionX8,
     offsets: [ConnectionX8; N],
@@ -32,7 +34,22 @@ struct ConnectionX8 {
     ray: [u32; LANES],
 }
 
+impl<const N: usize> LightBlock<N> {
+    const DARK: Self = Self {
+        base: ConnectionX8::DARK,
+        offsets: [ConnectionX8::DARK; N],
+    };
+}
+
 impl ConnectionX8 {
+    const DARK: Self = Self {
+        value: Vec3x8::ZERO,
+        by_light: f32x8::ZERO,
+        by_bsdf: f32x8::ZERO,
+        holds: 0,
+        ray: [0; LANES],
+    };
+
     #[inline(always)]
     fn resolve(&self, rays: &AnyBatch) -> ShiftX8 {
         let free = mask_of(self.holds & !rays.blocked(&self.ray, self.holds));
@@ -49,39 +66,47 @@ impl<const N: usize> Front<N> {
         if scene.lights.is_empty() {
             return;
         }
-        self.lights.clear();
         self.shadow.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(samplers, Dimension::Light(k), &mut self.numbers);
-        for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
+        sampler::draw_blocks(samplers, Dimension::Light(k), &[0, 1, 2], &mut self.numbers);
+        self.lights.resize(self.blocks.len(), LightBlock::DARK);
+        let steps = self.blocks.iter().zip(&mut self.lights);
+        for ((block, connections), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
             let light = scene.sample_lights([u0, u1, u2]);
-            let neighbour = |j| self.grid.load(block.place, step(j, self.grid.width));
-            let step = match k {
-                1 => block.connect_free(&light, neighbour, &mut self.shadow),
-                _ => block.connect_joined(&light, k, &mut self.shadow),
-            };
-            self.lights.push(step);
+            if k == 1 {
+                block.connect_free(&self.grid, &light, connections, &mut self.shadow);
+            } else {
+                block.connect_joined(k, &light, connections, &mut self.shadow);
+            }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         let weights = context.settings.weights;
-        for (block, light) in self.blocks.iter_mut().zip(&self.lights) {
-            let ShiftX8 { value, densities } = light.base.resolve(&self.shadow);
-            let shifts = light.offsets.each_ref().map(|c| c.resolve(&self.shadow));
+        for (block, connections) in self.blocks.iter_mut().zip(&self.lights) {
+            let ShiftX8 { value, densities } = connections.base.resolve(&self.shadow);
             let base = BaseX8 { value, densities };
-            block.gather(weights, &base, &shifts, light.base.holds);
+            let mut shifts = [ShiftX8::DEAD; N];
+            for (shift, offset) in shifts.iter_mut().zip(&connections.offsets) {
+                *shift = offset.resolve(&self.shadow);
+            }
+            block.gather(weights, &base, &shifts, connections.base.holds);
         }
     }
 }
 
+/// What the base paths' connections share with those of the offset paths.
+struct Arriving {
+    /// Unit directions to the lights.
+    wi: Vec3x8,
+    /// What arrives from there.
+    light: Vec3x8,
+    /// One over the densities per solid angle.
+    per_density: f32x8,
+}
+
 impl<const N: usize> Block<N> {
-    /// The base paths' connections, without their rays, and what they share with the offset paths: directions
-    /// to the light, what arrives from there, and one over the density.
+    /// The base paths' connections, but for their rays.
     #[inline(always)]
-    fn connect_base(
-        &self,
-        light: &LightSamplesX8,
-        k: u32,
-    ) -> (ConnectionX8, Vec3x8, Vec3x8, f32x8) {
+    fn connect_base(&self, k: u32, light: &LightSamplesX8) -> (ConnectionX8, Arriving) {
         let x = &self.vertices;
         let seen = x.see(light);
         let eval = x.eval(seen.wi);
@@ -93,44 +118,46 @@ impl<const N: usize> Block<N> {
             holds: (seen.holds & eval.holds).to_bitmask() & self.alive,
             ray: [0; LANES],
         };
-        (base, seen.wi, arriving, seen.per_density)
+        let arriving = Arriving {
+            wi: seen.wi,
+            light: arriving,
+            per_density: seen.per_density,
+        };
+        (base, arriving)
     }
 
-    /// Connects x_1 and the offset paths' own vertices, which `neighbour` gives, to the same points on lights.
+    /// Connects x_1 and the offset paths' own vertices to the same points on lights.
     #[inline(always)]
     fn connect_free(
         &self,
+        grid: &Grid,
         light: &LightSamplesX8,
-        neighbour: impl Fn(usize) -> VerticesX8,
+        to: &mut LightBlock<N>,
         shadow: &mut AnyBatch,
-    ) -> LightBlock<N> {
-        let (mut base, ..) = self.connect_base(light, 1);
-        let to_light = |from: &VerticesX8| from.rays_to(light.position, light.ng, light.offset);
-        let base_rays = to_light(&self.vertices);
-        let vertices: [VerticesX8; N] = std::array::from_fn(neighbour);
-        let rays = vertices.each_ref().map(to_light);
-        let mut offsets = std::array::from_fn(|j| {
-            let OffsetX8 {
-                alive,
-                throughput,
-                ratio,
-                ..
-            } = self.offsets[j];
-            let y = &vertices[j];
+    ) {
+        let LightBlock { base, offsets } = to;
+        (*base, _) = self.connect_base(1, light);
+        let base_rays = self
+            .vertices
+            .rays_to(light.position, light.ng, light.offset);
+        let mut rays = [RaysX8::NONE; N];
+        for (j, offset) in self.offsets.iter().enumerate() {
+            let y = grid.load(self.place, step(j, grid.width));
             let seen = y.see(light);
             let eval = y.eval(seen.wi);
-            let value = throughput * eval.value * light.radiance * seen.per_density;
-            let by_bsdf = ratio * eval.pdf * y.survival(1) * seen.per_density;
+            let value = offset.throughput * eval.value * light.radiance * seen.per_density;
+            let by_bsdf = offset.ratio * eval.pdf * y.survival(1) * seen.per_density;
             // What is not finite is dead.
             let holds = seen.holds & eval.holds & value.is_finite() & by_bsdf.is_finite();
-            ConnectionX8 {
+            offsets[j] = ConnectionX8 {
                 value,
-                by_light: ratio,
+                by_light: offset.ratio,
                 by_bsdf,
-                holds: holds.to_bitmask() & alive & base.holds,
+                holds: holds.to_bitmask() & offset.alive & base.holds,
                 ray: [0; LANES],
-            }
-        });
+            };
+            rays[j] = y.rays_to(light.position, light.ng, light.offset);
+        }
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&base_rays.lane(lane));
             for (offset, rays) in offsets.iter_mut().zip(&rays) {
@@ -139,33 +166,34 @@ impl<const N: usize> Block<N> {
                 }
             }
         }
-        LightBlock { base, offsets }
     }
 
     /// Connects x_2, where the offset paths have joined the base path.
     #[inline(always)]
     fn connect_joined(
         &self,
-        light: &LightSamplesX8,
         k: u32,
+        light: &LightSamplesX8,
+        to: &mut LightBlock<N>,
         shadow: &mut AnyBatch,
-    ) -> LightBlock<N> {
+    ) {
         let x = &self.vertices;
-        let (mut base, wi, arriving, per_density) = self.connect_base(light, k);
+        let LightBlock { base, offsets } = to;
+        let arriving;
+        (*base, arriving) = self.connect_base(k, light);
         let rays = x.rays_to(light.position, light.ng, light.offset);
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&rays.lane(lane));
         }
-        let offsets = self.offsets.each_ref().map(|offset| {
-            let eval = x.eval_seen_from(offset.wo, wi);
-            ConnectionX8 {
-                value: offset.throughput * eval.value * arriving,
+        for (connection, offset) in offsets.iter_mut().zip(&self.offsets) {
+            let eval = x.eval_seen_from(offset.wo, arriving.wi);
+            *connection = ConnectionX8 {
+                value: offset.throughput * eval.value * arriving.light,
                 by_light: offset.ratio,
-                by_bsdf: offset.ratio * eval.pdf * x.survival(k) * per_density,
+                by_bsdf: offset.ratio * eval.pdf * x.survival(k) * arriving.per_density,
                 holds: eval.holds.to_bitmask() & offset.alive & base.holds,
                 ray: base.ray,
-            }
-        });
-        LightBlock { base, offsets }
+            };
+        }
     }
 }

@@ -44,8 +44,11 @@ impl Grid {
     #[inline(always)]
     pub(super) fn load(&self, place: usize, step: isize) -> VerticesX8 {
         let at = (self.padding() + place).wrapping_add_signed(step);
-        let row = |list: &Vec<f32>| f32x8::from(&list[at..at + LANES]);
-        VerticesX8::from_rows(self.numbers.each_ref().map(row))
+        let mut rows = [f32x8::ZERO; VerticesX8::ROWS];
+        for (row, list) in rows.iter_mut().zip(&self.numbers) {
+            *row = f32x8::from(&list[at..at + LANES]);
+        }
+        VerticesX8::from_rows(rows)
     }
 
     /// Which of them are surfaces.

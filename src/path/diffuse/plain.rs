@@ -1,7 +1,7 @@
 //! Plain paths: the light step and the bounce step, without offset paths. They are packed densely when they
 //! scatter; those that end on a light leave gaps until the next time.
 
-use super::vertices::{VerticesX8, light_at, set};
+use super::vertices::{VerticesX8, bsdf_numbers, light_at, set};
 use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of};
 use crate::path::{Context, Counts, trace_any, trace_closest};
 use crate::sampler::{self, Dimension, Sampler};
@@ -32,7 +32,7 @@ pub(in crate::path) struct PlainPaths {
 }
 
 /// Eight paths at their current vertices x_k.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct Block {
     vertices: VerticesX8,
     /// f/p up to x_k, the scattering there excluded.
@@ -45,7 +45,7 @@ struct Block {
 }
 
 /// Eight paths between their vertices.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct Flight {
     /// Where they left.
     from: Vec3x8,
@@ -55,6 +55,26 @@ struct Flight {
     pdf: f32x8,
     samplers: [Sampler; LANES],
     index: [u32; LANES],
+}
+
+impl Block {
+    const NONE: Self = Self {
+        vertices: VerticesX8::NONE,
+        throughput: Vec3x8::ZERO,
+        samplers: [Sampler::NONE; LANES],
+        index: [0; LANES],
+        alive: 0,
+    };
+}
+
+impl Flight {
+    const NONE: Self = Self {
+        from: Vec3x8::ZERO,
+        throughput: Vec3x8::ZERO,
+        pdf: f32x8::ZERO,
+        samplers: [Sampler::NONE; LANES],
+        index: [0; LANES],
+    };
 }
 
 struct Lit {
@@ -90,7 +110,7 @@ impl PlainPaths {
     fn start(&mut self, sampler: Sampler) -> (&mut Block, usize) {
         let lane = self.len % LANES;
         if self.len / LANES == self.blocks.len() {
-            self.blocks.push(Block::default());
+            self.blocks.push(Block::NONE);
         }
         let block = &mut self.blocks[self.len / LANES];
         block.throughput.set(lane, Vec3::ONE);
@@ -121,7 +141,7 @@ impl PlainPaths {
         self.lit.clear();
         self.shadow.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(samplers, Dimension::Light(k), &mut self.numbers);
+        sampler::draw_blocks(samplers, Dimension::Light(k), &[0, 1, 2], &mut self.numbers);
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let light = scene.sample_lights([u0, u1, u2]);
@@ -153,7 +173,12 @@ impl PlainPaths {
     fn scatter(&mut self, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(samplers, Dimension::Bsdf(k), &mut self.numbers);
+        sampler::draw_blocks(
+            samplers,
+            Dimension::Bsdf(k),
+            bsdf_numbers(k),
+            &mut self.numbers,
+        );
         for (block, &[u0, u1, _, u_roulette]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let survival = x.survival(k);
@@ -168,7 +193,7 @@ impl PlainPaths {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
                 if at == self.flights.len() {
-                    self.flights.push(Flight::default());
+                    self.flights.push(Flight::NONE);
                 }
                 let flight = &mut self.flights[at];
                 flight.from.set(to, x.position.lane(lane));
@@ -187,8 +212,7 @@ impl PlainPaths {
         let scene = context.scene;
         // At the last vertex only light counts.
         let goes_on = k + 2 <= context.settings.depth;
-        self.blocks
-            .resize(self.len.div_ceil(LANES), Block::default());
+        self.blocks.resize(self.len.div_ceil(LANES), Block::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
             let hits = self.bounce.hits(at);
             let lights = hits.lights(scene);

@@ -2,11 +2,12 @@
 
 use crate::bsdf::lambert::{self, EvalX8};
 use crate::frame::{FrameX8, offset_origin_x8};
-use crate::lanes::{Vec3x8, from_lanes, lanes_of, mask_of, negative, positive};
+use crate::lanes::{LANES, Vec3x8, from_lanes, lanes_of, mask_of, negative, positive};
 use crate::path::ROULETTE_FROM;
 use crate::path::bounce::{ByLight, radiance};
 use crate::scene::Scene;
 use crate::scene::light::LightSamplesX8;
+use crate::scene::material::Material;
 use crate::shift::solid_angle_per_area_x8;
 use crate::trace::rays::{HitsX8, Ray};
 use crate::vertex::{End, Vertex};
@@ -14,7 +15,7 @@ use glam::Vec3;
 use wide::f32x8;
 
 /// [`Vertex`] in lanes.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(super) struct VerticesX8 {
     pub(super) position: Vec3x8,
     /// Geometric normals.
@@ -41,6 +42,7 @@ pub(super) struct ScatteringX8 {
 }
 
 /// Rays that leave vertices.
+#[derive(Clone, Copy)]
 pub(super) struct RaysX8 {
     pub(super) origin: Vec3x8,
     pub(super) direction: Vec3x8,
@@ -48,6 +50,12 @@ pub(super) struct RaysX8 {
 }
 
 impl RaysX8 {
+    pub(super) const NONE: Self = Self {
+        origin: Vec3x8::ZERO,
+        direction: Vec3x8::ZERO,
+        length: f32x8::ZERO,
+    };
+
     /// Lanes of `a` where `mask` is set, of `b` elsewhere.
     #[inline(always)]
     pub(super) fn select(mask: f32x8, a: Self, b: Self) -> Self {
@@ -69,6 +77,19 @@ impl RaysX8 {
 }
 
 impl VerticesX8 {
+    /// Nothing in all lanes.
+    pub(super) const NONE: Self = Self {
+        position: Vec3x8::ZERO,
+        ng: Vec3x8::ZERO,
+        ns: Vec3x8::ZERO,
+        normal: Vec3x8::ZERO,
+        cos_o: f32x8::ZERO,
+        agrees: f32x8::ZERO,
+        offset: f32x8::ZERO,
+        albedo: Vec3x8::ZERO,
+        survival: f32x8::ZERO,
+    };
+
     /// Number of rows.
     pub(super) const ROWS: usize = 19;
 
@@ -125,10 +146,7 @@ impl VerticesX8 {
     /// position, normal and offset; where there is no hit it means nothing.
     #[inline(always)]
     pub(super) fn met(scene: &Scene, hits: &HitsX8, surfaces: u32) -> Self {
-        let materials = hits.triangle.map(|triangle| {
-            let material = scene.mesh.material_of[triangle as usize];
-            &scene.materials[material as usize]
-        });
+        let materials = hits.materials(scene);
         let mut albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
         let survival = from_lanes(|lane| materials[lane].survival);
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
@@ -288,13 +306,20 @@ impl HitsX8 {
     /// A bit for each lane whose ray met a light.
     #[inline(always)]
     pub(super) fn lights(&self, scene: &Scene) -> u32 {
-        let mut lights = 0;
-        for (lane, &triangle) in self.triangle.iter().enumerate() {
-            let material = scene.mesh.material_of[triangle as usize];
-            let emits = scene.materials[material as usize].emission.is_some();
-            lights |= u32::from(emits) << lane;
+        let materials = self.materials(scene);
+        let emits = |lane: usize| u32::from(materials[lane].emission.is_some()) << lane;
+        (0..LANES).fold(0, |bits, lane| bits | emits(lane)) & self.found
+    }
+
+    /// The triangles' materials.
+    #[inline(always)]
+    fn materials<'a>(&self, scene: &'a Scene) -> [&'a Material; LANES] {
+        let mut materials = [&scene.materials[0]; LANES];
+        for (material, &triangle) in materials.iter_mut().zip(&self.triangle) {
+            let index = scene.mesh.material_of[triangle as usize];
+            *material = &scene.materials[index as usize];
         }
-        lights & self.found
+        materials
     }
 
     /// What the ray in a lane met.
@@ -329,5 +354,15 @@ pub(super) fn light_at(
             let radiance = radiance(scene, end, wi);
             Some((radiance, by_light.density(scene, from)))
         }
+    }
+}
+
+/// What scattering at x_k needs of [`Dimension::Bsdf`](crate::sampler::Dimension::Bsdf): no lobe, and no
+/// roulette at the first vertices.
+pub(super) fn bsdf_numbers(k: u32) -> &'static [usize] {
+    if k < ROULETTE_FROM {
+        &[0, 1]
+    } else {
+        &[0, 1, 3]
     }
 }
