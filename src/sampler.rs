@@ -182,10 +182,15 @@ pub fn draw_blocks<'a>(
         let index = std::array::from_fn(|lane| sampler(lane).index);
         let scramble = std::array::from_fn(|lane| sampler(lane).scramble.wrapping_add(padding));
         let numbers = draw_lanes(matrices, set, &index, &scramble, wanted);
-        let half = |at: usize| numbers.map(|n| f32x8::from(&n[at..at + lanes::LANES]));
-        out.push(half(0));
+        let half = |d: usize, at: usize| {
+            let mut half = [0.0; lanes::LANES];
+            half.copy_from_slice(&numbers[d][at..at + lanes::LANES]);
+            f32x8::from(half)
+        };
+        let of = |at: usize| [half(0, at), half(1, at), half(2, at), half(3, at)];
+        out.push(of(0));
         if second.is_some() {
-            out.push(half(lanes::LANES));
+            out.push(of(lanes::LANES));
         }
     }
 }

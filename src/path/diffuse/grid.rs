@@ -34,9 +34,9 @@ impl Grid {
     #[inline(always)]
     pub(super) fn store(&mut self, place: usize, vertices: &VerticesX8, surfaces: u32) {
         let at = self.padding() + place;
-        for (list, numbers) in self.numbers.iter_mut().zip(vertices.rows()) {
-            list[at..at + LANES].copy_from_slice(numbers.as_array());
-        }
+        vertices.rows(|row, numbers| {
+            self.numbers[row][at..at + LANES].copy_from_slice(numbers.as_array());
+        });
         self.surfaces[at..at + LANES].copy_from_slice(mask_of(surfaces).as_array());
     }
 
@@ -44,17 +44,19 @@ impl Grid {
     #[inline(always)]
     pub(super) fn load(&self, place: usize, step: isize) -> VerticesX8 {
         let at = (self.padding() + place).wrapping_add_signed(step);
-        let mut rows = [f32x8::ZERO; VerticesX8::ROWS];
-        for (row, list) in rows.iter_mut().zip(&self.numbers) {
-            *row = f32x8::from(&list[at..at + LANES]);
-        }
-        VerticesX8::from_rows(rows)
+        VerticesX8::from_rows(|row| load(&self.numbers[row], at))
     }
 
     /// Which of them are surfaces.
     #[inline(always)]
     pub(super) fn surfaces(&self, place: usize, step: isize) -> u32 {
         let at = (self.padding() + place).wrapping_add_signed(step);
-        f32x8::from(&self.surfaces[at..at + LANES]).to_bitmask()
+        load(&self.surfaces, at).to_bitmask()
     }
+}
+
+#[inline(always)]
+fn load(list: &[f32], at: usize) -> f32x8 {
+    let numbers: [f32; LANES] = list[at..at + LANES].try_into().expect("as many as lanes");
+    numbers.into()
 }

@@ -90,55 +90,44 @@ impl VerticesX8 {
         survival: f32x8::ZERO,
     };
 
-    /// Number of rows.
-    pub(super) const ROWS: usize = 19;
+    /// How many numbers a vertex on a primary hit has, see [`VerticesX8::rows`].
+    pub(super) const ROWS: usize = 16;
 
-    /// Numbers of one kind in each, to be stored in columns.
+    /// Gives `put` each number of primary hits with its row. Interpolated normals are left out: nobody looks
+    /// at primary hits but the camera.
     #[inline(always)]
-    pub(super) fn rows(&self) -> [f32x8; Self::ROWS] {
-        let [p, g, s, n, a] = [self.position, self.ng, self.ns, self.normal, self.albedo]
-            .map(|Vec3x8 { x, y, z }| [x, y, z]);
-        [
-            p[0],
-            p[1],
-            p[2],
-            g[0],
-            g[1],
-            g[2],
-            s[0],
-            s[1],
-            s[2],
-            n[0],
-            n[1],
-            n[2],
-            a[0],
-            a[1],
-            a[2],
-            self.cos_o,
-            self.agrees,
-            self.offset,
-            self.survival,
-        ]
+    pub(super) fn rows(&self, mut put: impl FnMut(usize, f32x8)) {
+        let vectors = [self.position, self.ng, self.normal, self.albedo];
+        for (index, v) in vectors.into_iter().enumerate() {
+            put(3 * index, v.x);
+            put(3 * index + 1, v.y);
+            put(3 * index + 2, v.z);
+        }
+        put(12, self.cos_o);
+        put(13, self.agrees);
+        put(14, self.offset);
+        put(15, self.survival);
     }
 
-    /// The vertices with these rows.
+    /// Primary hits whose rows `row` gives.
     #[inline(always)]
-    pub(super) fn from_rows(r: [f32x8; Self::ROWS]) -> Self {
-        let vector = |at: usize| Vec3x8 {
-            x: r[at],
-            y: r[at + 1],
-            z: r[at + 2],
+    pub(super) fn from_rows(row: impl Fn(usize) -> f32x8) -> Self {
+        let vector = |index: usize| Vec3x8 {
+            x: row(3 * index),
+            y: row(3 * index + 1),
+            z: row(3 * index + 2),
         };
+        let normal = vector(2);
         Self {
             position: vector(0),
-            ng: vector(3),
-            ns: vector(6),
-            normal: vector(9),
-            albedo: vector(12),
-            cos_o: r[15],
-            agrees: r[16],
-            offset: r[17],
-            survival: r[18],
+            ng: vector(1),
+            ns: normal,
+            normal,
+            albedo: vector(3),
+            cos_o: row(12),
+            agrees: row(13),
+            offset: row(14),
+            survival: row(15),
         }
     }
 
