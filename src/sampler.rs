@@ -153,7 +153,7 @@ pub fn draw_all(
             scramble[count] = sampler.scramble.wrapping_add(padding);
             count += 1;
         }
-        let numbers = draw_lanes(matrices, set, &index, &scramble, &[0, 1, 2, 3]);
+        let numbers = draw_lanes(matrices, set, &index, &scramble, [0, 1, 2, 3]);
         out.extend((0..count).map(|lane| std::array::from_fn(|d| numbers[d][lane])));
         if count < LANES {
             return;
@@ -163,10 +163,10 @@ pub fn draw_all(
 
 /// [`draw_all`] for samplers in blocks, with the numbers in lanes. Of the four numbers only those of `wanted`
 /// are drawn; the others are 0.
-pub fn draw_blocks<'a>(
+pub fn draw_blocks<'a, const D: usize>(
     blocks: impl IntoIterator<Item = &'a [Sampler; lanes::LANES]>,
     dimension: Dimension,
-    wanted: &[usize],
+    wanted: [usize; D],
     out: &mut Vec<[f32x8; 4]>,
 ) {
     let (set, padding) = dimension.set();
@@ -182,28 +182,27 @@ pub fn draw_blocks<'a>(
         let index = std::array::from_fn(|lane| sampler(lane).index);
         let scramble = std::array::from_fn(|lane| sampler(lane).scramble.wrapping_add(padding));
         let numbers = draw_lanes(matrices, set, &index, &scramble, wanted);
-        let half = |d: usize, at: usize| {
-            let mut half = [0.0; lanes::LANES];
-            half.copy_from_slice(&numbers[d][at..at + lanes::LANES]);
-            f32x8::from(half)
-        };
-        let of = |at: usize| [half(0, at), half(1, at), half(2, at), half(3, at)];
-        out.push(of(0));
-        if second.is_some() {
-            out.push(of(lanes::LANES));
+        let at = out.len();
+        out.push([f32x8::ZERO; 4]);
+        out.extend(second.map(|_| [f32x8::ZERO; 4]));
+        for (half, out) in out[at..].iter_mut().enumerate() {
+            for (numbers, d) in numbers.iter().zip(wanted) {
+                let numbers = &numbers[half * lanes::LANES..][..lanes::LANES];
+                out[d].as_mut_array().copy_from_slice(numbers);
+            }
         }
     }
 }
 
-/// `sobol_burley::sample_4d`, from the library's own parts.
+/// `sobol_burley::sample_4d`, from the library's own parts; of its numbers those of `wanted`.
 #[inline]
-fn draw_lanes(
+fn draw_lanes<const D: usize>(
     matrices: &Matrices,
     set: u32,
     index: &[u32; LANES],
     scramble: &[u32; LANES],
-    wanted: &[usize],
-) -> [[f32; LANES]; 4] {
+    wanted: [usize; D],
+) -> [[f32; LANES]; D] {
     const DIMENSION_SCRAMBLES: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
     let mut shuffled = [0u32; LANES];
     for lane in 0..LANES {
@@ -211,20 +210,25 @@ fn draw_lanes(
         shuffled[lane] = owen_scramble_rev(index[lane].reverse_bits(), shuffle);
     }
     // Each inner loop is one vector instruction for all lanes.
-    let mut numbers = [[0.0; LANES]; 4];
-    for &d in wanted {
-        let mut points = [0u32; LANES];
-        for (bit, columns) in matrices.iter().enumerate() {
+    let mut points = [[0u32; LANES]; D];
+    for (bit, columns) in matrices.iter().enumerate() {
+        let mut mask = [0u32; LANES];
+        for lane in 0..LANES {
+            // All ones where the bit is set; the index has its bits reversed.
+            mask[lane] = ((shuffled[lane] << bit) as i32 >> 31) as u32;
+        }
+        for (points, &d) in points.iter_mut().zip(&wanted) {
             for lane in 0..LANES {
-                // All ones where the bit is set; the index has its bits reversed.
-                let mask = ((shuffled[lane] << bit) as i32 >> 31) as u32;
-                points[lane] ^= columns[d] & mask;
+                points[lane] ^= columns[d] & mask[lane];
             }
         }
+    }
+    let mut numbers = [[0.0; LANES]; D];
+    for ((numbers, points), &d) in numbers.iter_mut().zip(&points).zip(&wanted) {
         for lane in 0..LANES {
             let seed = scramble[lane].wrapping_mul(0x9c8f_2d3b) ^ set ^ DIMENSION_SCRAMBLES[d];
             let scrambled = owen_scramble_rev(points[lane], hash(seed));
-            numbers[d][lane] = u32_to_f32_norm(scrambled.reverse_bits());
+            numbers[lane] = u32_to_f32_norm(scrambled.reverse_bits());
         }
     }
     numbers

@@ -3,12 +3,11 @@
 
 use super::front::{Block, Front, OffsetX8, step};
 use super::grid::Grid;
-use super::vertices::{RaysX8, VerticesX8, bsdf_numbers, light_at, set};
+use super::vertices::{RaysX8, VerticesX8, draw_bsdf, light_at, set};
 use crate::bsdf::lambert::EvalX8;
 use crate::gradient::{BaseX8, ShiftX8};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::path::{Context, Counts, trace_any, trace_closest};
-use crate::sampler::{self, Dimension};
 use crate::shift::{Death, solid_angle_per_area_x8};
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
@@ -89,12 +88,7 @@ impl<const N: usize> Front<N> {
     fn scatter(&mut self, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(
-            samplers,
-            Dimension::Bsdf(k),
-            bsdf_numbers(k),
-            &mut self.numbers,
-        );
+        draw_bsdf(samplers, k, &mut self.numbers);
         self.flights.resize(self.blocks.len(), Flight::NONE);
         let steps = self.blocks.iter().zip(&mut self.flights);
         for ((block, flight), &[u0, u1, _, u_roulette]) in steps.zip(&self.numbers) {

@@ -2,11 +2,10 @@
 
 use super::front::{Block, Front, step};
 use super::grid::Grid;
-use super::vertices::RaysX8;
+use super::vertices::{RaysX8, draw_light};
 use crate::gradient::{BaseX8, ShiftX8};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::path::{Context, trace_any};
-use crate::sampler::{self, Dimension};
 use crate::scene::light::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
@@ -68,7 +67,7 @@ impl<const N: usize> Front<N> {
         }
         self.shadow.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(samplers, Dimension::Light(k), &[0, 1, 2], &mut self.numbers);
+        draw_light(samplers, k, &mut self.numbers);
         self.lights.resize(self.blocks.len(), LightBlock::DARK);
         let steps = self.blocks.iter().zip(&mut self.lights);
         for ((block, connections), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {

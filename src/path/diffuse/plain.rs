@@ -1,10 +1,10 @@
 //! Plain paths: the light step and the bounce step, without offset paths. They are packed densely when they
 //! scatter; those that end on a light leave gaps until the next time.
 
-use super::vertices::{VerticesX8, bsdf_numbers, light_at, set};
+use super::vertices::{VerticesX8, draw_bsdf, draw_light, light_at, set};
 use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of};
 use crate::path::{Context, Counts, trace_any, trace_closest};
-use crate::sampler::{self, Dimension, Sampler};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
@@ -141,7 +141,7 @@ impl PlainPaths {
         self.lit.clear();
         self.shadow.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(samplers, Dimension::Light(k), &[0, 1, 2], &mut self.numbers);
+        draw_light(samplers, k, &mut self.numbers);
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let light = scene.sample_lights([u0, u1, u2]);
@@ -173,12 +173,7 @@ impl PlainPaths {
     fn scatter(&mut self, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        sampler::draw_blocks(
-            samplers,
-            Dimension::Bsdf(k),
-            bsdf_numbers(k),
-            &mut self.numbers,
-        );
+        draw_bsdf(samplers, k, &mut self.numbers);
         for (block, &[u0, u1, _, u_roulette]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let survival = x.survival(k);

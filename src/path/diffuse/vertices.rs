@@ -5,6 +5,7 @@ use crate::frame::{FrameX8, offset_origin_x8};
 use crate::lanes::{LANES, Vec3x8, from_lanes, lanes_of, mask_of, negative, positive};
 use crate::path::ROULETTE_FROM;
 use crate::path::bounce::{ByLight, radiance};
+use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::scene::light::LightSamplesX8;
 use crate::scene::material::Material;
@@ -346,12 +347,24 @@ pub(super) fn light_at(
     }
 }
 
-/// What scattering at x_k needs of [`Dimension::Bsdf`](crate::sampler::Dimension::Bsdf): no lobe, and no
-/// roulette at the first vertices.
-pub(super) fn bsdf_numbers(k: u32) -> &'static [usize] {
+/// The numbers for light sampling at x_k.
+pub(super) fn draw_light<'a>(
+    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
+    k: u32,
+    numbers: &mut Vec<[f32x8; 4]>,
+) {
+    sampler::draw_blocks(samplers, Dimension::Light(k), [0, 1, 2], numbers);
+}
+
+/// The numbers for scattering at x_k: no lobe, and no roulette at the first vertices.
+pub(super) fn draw_bsdf<'a>(
+    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
+    k: u32,
+    numbers: &mut Vec<[f32x8; 4]>,
+) {
     if k < ROULETTE_FROM {
-        &[0, 1]
+        sampler::draw_blocks(samplers, Dimension::Bsdf(k), [0, 1], numbers);
     } else {
-        &[0, 1, 3]
+        sampler::draw_blocks(samplers, Dimension::Bsdf(k), [0, 1, 3], numbers);
     }
 }
