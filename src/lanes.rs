@@ -46,14 +46,12 @@ impl Vec3x8 {
     /// What `vector` gives for each lane.
     #[inline(always)]
     pub fn from_lanes(vector: impl Fn(usize) -> Vec3) -> Self {
-        let mut components = [[0.0; LANES]; 3];
-        for lane in 0..LANES {
-            let v = vector(lane);
-            components[0][lane] = v.x;
-            components[1][lane] = v.y;
-            components[2][lane] = v.z;
+        let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
+        let components = x.iter_mut().zip(&mut y).zip(&mut z);
+        for (lane, ((x, y), z)) in components.enumerate() {
+            [*x, *y, *z] = vector(lane).to_array();
         }
-        Self::from(components)
+        Self::from([x, y, z])
     }
 
     /// The vector in one lane.

@@ -21,7 +21,7 @@
 //! | [`shift`] | How an offset path follows its base path. | lanes, bsdf, scene, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, warp, frame, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, frame, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
@@ -96,7 +96,8 @@
 //! ```
 //!
 //! Where to read on: a path's vertices are in [`vertex`]; what the base path does at one, and how its offset
-//! paths follow, in `path/light.rs` and `path/bounce.rs`; the shift itself, decision by decision, in
+//! paths follow, in `path/light.rs` and `path/bounce.rs`, and for eight paths at once, where a scene is diffuse,
+//! in `path/diffuse`; the shift itself, decision by decision, in
 //! [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
 //! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
 //! [`reconstruct`].

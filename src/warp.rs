@@ -130,10 +130,10 @@ mod tests {
             let lanes = [f32x8::from(u), f32x8::splat(v)];
             let (b, c) = triangle_x8(lanes);
             let hemisphere = cosine_hemisphere_x8(lanes);
-            for lane in 0..LANES {
+            for (lane, &u) in u.iter().enumerate() {
                 let (b, c) = (b.as_array()[lane], c.as_array()[lane]);
-                assert_eq!((b, c), triangle([u[lane], v]));
-                assert_eq!(hemisphere.lane(lane), cosine_hemisphere([u[lane], v]));
+                assert_eq!((b, c), triangle([u, v]));
+                assert_eq!(hemisphere.lane(lane), cosine_hemisphere([u, v]));
             }
         }
     }

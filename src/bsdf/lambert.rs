@@ -64,6 +64,6 @@ pub fn sample_x8(albedo: Vec3x8, cos_o: f32x8, u: [f32x8; 2]) -> (Vec3x8, EvalX8
     let mut wi = warp::cosine_hemisphere_x8(u);
     wi.z = wi.z.copysign(cos_o);
     let mut eval = eval_x8(albedo, cos_o, wi.z);
-    eval.holds = eval.holds & positive(eval.pdf);
+    eval.holds &= positive(eval.pdf);
     (wi, eval)
 }

@@ -230,7 +230,7 @@ impl<const N: usize> Front<N> {
                     densities: connected & offset.ratio,
                 };
                 *to = base.difference(&shift, weights);
-                counts = counts | to.is_not_zero();
+                counts |= to.is_not_zero();
             }
             let primal = base.primal();
             for lane in lanes_of(settled & counts.to_bitmask()) {

@@ -99,8 +99,7 @@ impl<const N: usize> Front<N> {
             let pdf = eval.pdf * survival;
             let mut carries_light = block.throughput.is_not_zero();
             for offset in &block.offsets {
-                carries_light =
-                    carries_light | (mask_of(offset.alive) & offset.throughput.is_not_zero());
+                carries_light |= mask_of(offset.alive) & offset.throughput.is_not_zero();
             }
             let mask = u_roulette.simd_lt(survival) & carries_light & eval.holds;
             flight.wi = scattering.wi;
@@ -216,7 +215,7 @@ impl<const N: usize> Flight<N> {
             let direction = Vec3x8::select(distant, self.wi, direction);
             let jacobian = distant.select(f32x8::ONE, there / here);
             let mut eval = y.eval(direction);
-            eval.holds = eval.holds & (holds | distant);
+            eval.holds &= holds | distant;
             let scattered = ScatteredX8 {
                 wo: -direction,
                 scale: jacobian / self.pdf,

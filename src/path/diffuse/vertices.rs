@@ -202,7 +202,7 @@ impl VerticesX8 {
     pub(super) fn eval(&self, wi: Vec3x8) -> EvalX8 {
         let cos_i = self.normal.dot(wi);
         let mut eval = lambert::eval_x8(self.albedo, self.cos_o, cos_i);
-        eval.holds = eval.holds & self.agrees & positive(self.ng.dot(wi) * cos_i);
+        eval.holds &= self.agrees & positive(self.ng.dot(wi) * cos_i);
         eval
     }
 
@@ -212,7 +212,7 @@ impl VerticesX8 {
         let (normal, cos_o, agrees) = seen_from(self.ng, self.ns, wo);
         let cos_i = normal.dot(wi);
         let mut eval = lambert::eval_x8(self.albedo, cos_o, cos_i);
-        eval.holds = eval.holds & agrees & positive(self.ng.dot(wi) * cos_i);
+        eval.holds &= agrees & positive(self.ng.dot(wi) * cos_i);
         eval
     }
 
@@ -222,7 +222,7 @@ impl VerticesX8 {
         let (local, mut eval) = lambert::sample_x8(self.albedo, self.cos_o, u);
         let wi = FrameX8::new(self.normal).to_world(local);
         let wi = wi * wi.length_recip();
-        eval.holds = eval.holds & positive(self.ng.dot(wi) * local.z);
+        eval.holds &= positive(self.ng.dot(wi) * local.z);
         ScatteringX8 { wi, eval }
     }
 
