@@ -97,11 +97,8 @@ impl<const N: usize> Front<N> {
             let scattering = x.sample([u0, u1]);
             let eval = scattering.eval;
             let pdf = eval.pdf * survival;
-            let mut carries_light = block.throughput.is_not_zero();
-            for offset in &block.offsets {
-                carries_light |= mask_of(offset.alive) & offset.throughput.is_not_zero();
-            }
-            let mask = u_roulette.simd_lt(survival) & carries_light & eval.holds;
+            // All of them carry light yet: x_1 and x_2 are not black.
+            let mask = u_roulette.simd_lt(survival) & eval.holds;
             flight.wi = scattering.wi;
             flight.pdf = pdf;
             flight.throughput = block.throughput * eval.value * (f32x8::ONE / pdf);
