@@ -150,6 +150,12 @@ pub fn from_lanes(number: impl Fn(usize) -> f32) -> f32x8 {
     numbers.into()
 }
 
+/// Puts a number into one lane.
+#[inline(always)]
+pub fn set_lane(numbers: &mut f32x8, lane: usize, number: f32) {
+    numbers.as_mut_array()[lane] = number;
+}
+
 /// Where a number is above 0; NaN is not.
 #[inline(always)]
 pub fn positive(a: f32x8) -> f32x8 {
@@ -274,5 +280,45 @@ impl Neg for Vec3x8 {
             y: -self.y,
             z: -self.z,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masks_are_their_bits() {
+        for bits in 0..256 {
+            assert_eq!(mask_of(bits).to_bitmask(), bits);
+            let lanes: Vec<usize> = lanes_of(bits).collect();
+            assert_eq!(lanes, set_lanes(mask_of(bits)).collect::<Vec<_>>());
+            assert_eq!(lanes.iter().map(|lane| 1 << lane).sum::<u32>(), bits);
+        }
+        assert_eq!(
+            [0, 1, 7, 8, 9, 1000].map(first_lanes),
+            [0, 1, 127, 255, 255, 255]
+        );
+    }
+
+    #[test]
+    fn vectors_are_where_they_were_put() {
+        let vector = |lane: usize| Vec3::new(lane as f32, 10.0 + lane as f32, -(lane as f32));
+        let mut vectors = Vec3x8::from_lanes(vector);
+        vectors.set(3, Vec3::ONE);
+        for lane in 0..LANES {
+            let want = if lane == 3 { Vec3::ONE } else { vector(lane) };
+            assert_eq!(vectors.lane(lane), want);
+            assert_eq!(vectors.max_element().as_array()[lane], want.max_element());
+            assert_eq!(vectors.length_recip().as_array()[lane], want.length_recip());
+            let other = Vec3::new(0.3, 0.0, -7.0);
+            assert_eq!(
+                vectors.cross(Vec3x8::splat(other)).lane(lane),
+                want.cross(other)
+            );
+            let zero = vectors.is_not_zero().as_array()[lane].to_bits() == 0;
+            assert_eq!(zero, want == Vec3::ZERO);
+        }
+        assert_eq!(from_lanes(|lane| lane as f32).as_array()[5], 5.0);
     }
 }

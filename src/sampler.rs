@@ -281,6 +281,32 @@ mod tests {
             draw_all(samplers.iter().copied(), dimension, &mut all);
             let one_by_one: Vec<_> = samplers.iter().map(|s| s.draw(dimension)).collect();
             assert_eq!(all, one_by_one);
+            for blocks in [0, 1, 2, 5] {
+                let blocks = samplers.as_chunks().0.iter().take(blocks);
+                let one_by_one = |lane: usize, d: usize| one_by_one[lane][d];
+                check_blocks(blocks.clone(), dimension, [0, 1, 2], one_by_one);
+                check_blocks(blocks.clone(), dimension, [0, 1], one_by_one);
+                check_blocks(blocks, dimension, [0, 1, 3], one_by_one);
+            }
+        }
+    }
+
+    fn check_blocks<'a, const D: usize>(
+        blocks: impl ExactSizeIterator<Item = &'a [Sampler; lanes::LANES]>,
+        dimension: Dimension,
+        wanted: [usize; D],
+        one_by_one: impl Fn(usize, usize) -> f32,
+    ) {
+        let count = blocks.len();
+        let mut drawn = Vec::new();
+        draw_blocks(blocks, dimension, wanted, &mut drawn);
+        assert_eq!(drawn.len(), count);
+        for (index, lane) in (0..count * lanes::LANES).map(|n| (n, n % lanes::LANES)) {
+            for (d, numbers) in drawn[index / lanes::LANES].iter().enumerate() {
+                let drawn = wanted.contains(&d);
+                let want = if drawn { one_by_one(index, d) } else { 0.0 };
+                assert_eq!(numbers.as_array()[lane], want);
+            }
         }
     }
 

@@ -1,6 +1,7 @@
 //! The bounce step: every base path scatters, and its offset paths follow by reconnection or by
 //! half-vector copy.
 
+use super::by_light::{ByLight, radiance};
 use super::{
     BasePath, Context, Counts, Wavefront, gather, or_dead, survival, trace_any, trace_closest,
 };
@@ -8,7 +9,7 @@ use crate::gradient::{Base, Shift};
 use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
 use crate::scene::material::Class;
-use crate::shift::{self, Carried, Death, Joint, Offset, Shifted, Way, solid_angle_per_area};
+use crate::shift::{self, Carried, Death, Joint, Offset, Shifted, Way};
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::vertex::{End, Scattering, Vertex};
@@ -260,56 +261,6 @@ impl<const N: usize> Bounce<N> {
             }
         });
         (base, shifts)
-    }
-}
-
-/// What arrives from the end of a path, in the direction `wi`.
-#[inline]
-pub(super) fn radiance(scene: &Scene, end: &End, wi: Vec3) -> Vec3 {
-    match end {
-        End::Light(light) => light.radiance,
-        _ => scene.environment.radiance(wi),
-    }
-}
-
-/// How light sampling would have made a path that BSDF sampling made.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum ByLight {
-    /// Not at all.
-    Never,
-    /// By a point on this triangle; `scale` makes its density per area one over that of BSDF sampling.
-    Triangle { triangle: u32, scale: f32 },
-    /// By a direction to the environment: the density over that of BSDF sampling.
-    Sky(f32),
-}
-
-impl ByLight {
-    /// For a path that left the rough vertex at `from` in the direction `wi`, with the density `pdf`, and
-    /// ended at `end`.
-    #[inline]
-    pub(super) fn of(scene: &Scene, from: Vec3, end: &End, wi: Vec3, pdf: f32) -> Self {
-        match (end, scene.environment.map()) {
-            (End::Light(light), _) => solid_angle_per_area(from, light.position, light.ng).map_or(
-                ByLight::Never,
-                |(_, g)| ByLight::Triangle {
-                    triangle: light.triangle,
-                    scale: 1.0 / (g * pdf),
-                },
-            ),
-            (_, Some(map)) => ByLight::Sky(scene.lights.sky() * map.density(wi) / pdf),
-            // A constant environment is not sampled as a light.
-            (_, None) => ByLight::Never,
-        }
-    }
-
-    /// Density of light sampling at a vertex, over that of BSDF sampling at the base path's.
-    #[inline]
-    pub(super) fn density(&self, scene: &Scene, from: Vec3) -> f32 {
-        match *self {
-            ByLight::Never => 0.0,
-            ByLight::Triangle { triangle, scale } => scene.lights.density(triangle, from) * scale,
-            ByLight::Sky(density) => density,
-        }
     }
 }
 

@@ -5,10 +5,14 @@
 //! [`Carried`](crate::shift::Carried) for what an offset path adds to it.
 
 mod bounce;
+mod by_light;
+mod counts;
 mod diffuse;
 mod light;
 mod primary;
 pub mod replay;
+
+pub use counts::Counts;
 
 use crate::filter::{Filter, Position};
 use crate::gradient::{Base, Shift, Weights};
@@ -21,7 +25,6 @@ use crate::trace::{RayKind, Traverse};
 use crate::vertex::{End, Vertex};
 use diffuse::{Front, PlainPaths};
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What the estimate depends on, beside the scene.
@@ -64,56 +67,6 @@ pub struct Tile {
     pub height: u32,
 }
 
-/// Counts over the work done.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Counts {
-    /// Rays by kind, see [`RayKind::index`].
-    pub rays: [u64; RayKind::ALL.len()],
-    /// Dead shifts by reason, see [`Death::ALL`].
-    pub deaths: [u64; Death::ALL.len()],
-    /// Samples dropped because they were not finite.
-    pub dropped: u64,
-    /// The first of them, in the order of samples and pixels: column, row and sample number.
-    pub first_dropped: [Option<(u32, u32, u64)>; 4],
-}
-
-impl Counts {
-    /// Adds what another tile counted.
-    pub fn add(&mut self, other: &Counts) {
-        self.rays
-            .iter_mut()
-            .zip(other.rays)
-            .for_each(|(a, b)| *a += b);
-        self.deaths
-            .iter_mut()
-            .zip(other.deaths)
-            .for_each(|(a, b)| *a += b);
-        self.dropped += other.dropped;
-        other
-            .first_dropped
-            .iter()
-            .flatten()
-            .for_each(|&d| self.note_dropped(d));
-    }
-
-    /// Keeps a dropped sample if it is among the first: the least, so that it does not matter which thread
-    /// came first.
-    fn note_dropped(&mut self, dropped: (u32, u32, u64)) {
-        let order = |(x, y, n): (u32, u32, u64)| (n, y, x);
-        let mut rest = Some(dropped);
-        for place in &mut self.first_dropped {
-            match (*place, rest) {
-                (_, None) => return,
-                (None, _) => (*place, rest) = (rest, None),
-                (Some(there), Some(new)) if order(new) < order(there) => {
-                    (*place, rest) = (rest, *place);
-                }
-                _ => (),
-            }
-        }
-    }
-}
-
 /// A base path at its current vertex x_k, with its offset paths: `N` is 4, one for each
 /// [`Neighbour`](crate::gradient::Neighbour), or 0 for plain path tracing.
 #[derive(Clone, Debug)]
@@ -150,9 +103,10 @@ pub struct PathTracer<const N: usize> {
     /// What follows once all offset paths of a base path are connected or dead: for all of them the
     /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
     suffixes: Wavefront<0>,
-    /// In diffuse scenes these two take the places of `front`, but with a lens, and of `suffixes`.
+    /// In the place of `suffixes` in diffuse scenes.
+    diffuse_suffixes: PlainPaths,
+    /// In the place of `front` there, if the camera has no lens.
     diffuse_front: Front<N>,
-    diffuse: PlainPaths,
     shares: Vec<Share<N>>,
 }
 
@@ -213,7 +167,7 @@ impl<const N: usize> PathTracer<N> {
             scene,
             tracer,
             settings,
-            in_lanes: scene.is_diffuse,
+            in_lanes: scene.is_diffuse(),
         };
         for sample in range {
             self.front.samples.clear();
@@ -236,7 +190,7 @@ impl<const N: usize> PathTracer<N> {
                 self.front.step(context, k);
                 self.diffuse_front.step(context, k);
                 self.suffixes.step(context, k);
-                self.diffuse.step(context, k);
+                self.diffuse_suffixes.step(context, k);
                 self.hand_over(context, k + 1);
             }
             self.front.paths.clear();
@@ -248,7 +202,7 @@ impl<const N: usize> PathTracer<N> {
         let mut counts = std::mem::take(&mut self.front.counts);
         counts.add(&std::mem::take(&mut self.suffixes.counts));
         counts.add(&std::mem::take(&mut self.diffuse_front.counts));
-        counts.add(&std::mem::take(&mut self.diffuse.counts));
+        counts.add(&std::mem::take(&mut self.diffuse_suffixes.counts));
         counts
     }
 
@@ -257,7 +211,7 @@ impl<const N: usize> PathTracer<N> {
         self.front.paths.is_empty()
             && self.diffuse_front.is_empty()
             && self.suffixes.paths.is_empty()
-            && self.diffuse.is_empty()
+            && self.diffuse_suffixes.is_empty()
     }
 
     /// Makes suffixes of the paths at x_k whose offset paths are all connected or dead.
@@ -270,11 +224,11 @@ impl<const N: usize> PathTracer<N> {
             front,
             suffixes,
             diffuse_front,
-            diffuse,
+            diffuse_suffixes,
             shares,
         } = self;
         let weights = context.settings.weights;
-        diffuse_front.hand_over(k, weights, diffuse, shares);
+        diffuse_front.hand_over(k, weights, diffuse_suffixes, shares);
         front.paths.retain(|path| {
             let settled = path
                 .offsets
@@ -300,7 +254,7 @@ impl<const N: usize> PathTracer<N> {
                     return false;
                 }
                 if context.in_lanes {
-                    diffuse.push(context.scene, &path.vertex, path.sampler);
+                    diffuse_suffixes.push(context.scene, &path.vertex, path.sampler);
                 } else {
                     suffixes.paths.push(BasePath {
                         pixel: shares.len() as u32,
@@ -324,7 +278,7 @@ impl<const N: usize> PathTracer<N> {
     /// Adds what the suffixes gathered to the samples of their pixels.
     fn collect(&mut self) {
         let suffixes = self.suffixes.samples.iter().map(|s| s.primal);
-        let gathered = suffixes.chain(self.diffuse.gathered.iter().copied());
+        let gathered = suffixes.chain(self.diffuse_suffixes.gathered.iter().copied());
         for (share, light) in self.shares.iter().zip(gathered) {
             let sample = &mut self.front.samples[share.pixel as usize];
             sample.primal += share.primal * light;
@@ -335,7 +289,7 @@ impl<const N: usize> PathTracer<N> {
         self.shares.clear();
         self.suffixes.samples.clear();
         self.suffixes.paths.clear();
-        self.diffuse.clear();
+        self.diffuse_suffixes.clear();
     }
 }
 

@@ -259,7 +259,7 @@ impl Scene {
         }))
     }
 
-    /// [`Scene::sample_light`] in lanes, where the lights are plain.
+    /// [`Scene::sample_light`] in lanes, where the lights are plain. There must be a light.
     #[inline(always)]
     pub fn sample_lights(&self, u: [f32x8; 3]) -> LightSamplesX8 {
         let Choice::Power(table) = &self.lights.choice else {

@@ -39,9 +39,7 @@ pub struct Scene {
     pub environment: Environment,
     /// The camera.
     pub camera: Camera,
-    /// Whether all that scatters is a [`Bsdf::Lambert`] and the lights are plain: then paths are shaded in
-    /// lanes.
-    pub is_diffuse: bool,
+    is_diffuse: bool,
 }
 
 /// What the user asked for beside the OBJ: TOML and flags, merged.
@@ -133,7 +131,9 @@ impl Scene {
         let lights = Lights::new(&mesh, &materials, has_map);
         let environment = environment(settings, !lights.emit(), warnings)?;
         let camera = Camera::new(&settings.camera, (width, height), mesh.bounds)?;
-        let is_diffuse = lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
+        let is_diffuse = lights.are_plain()
+            && !mesh.triangles.is_empty()
+            && mesh.materials_in_use(&materials).all(is_lambert);
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
@@ -142,6 +142,18 @@ impl Scene {
             camera,
             is_diffuse,
         })
+    }
+
+    /// Whether all that scatters is a Lambert surface and the lights are plain: then paths are shaded eight at
+    /// once, in lanes.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        self.is_diffuse
+    }
+
+    /// Has all paths shaded one by one even so, to compare with.
+    pub fn leave_lanes(&mut self) {
+        self.is_diffuse = false;
     }
 
     /// A fingerprint of geometry, materials, light and camera: the same on every machine.

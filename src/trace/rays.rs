@@ -203,7 +203,7 @@ impl ClosestBatch {
         })
     }
 
-    /// What the rays from `8 block` on hit, after tracing; where there are no rays there are no hits.
+    /// What the rays of a block hit, after tracing; where there are no rays there are no hits.
     #[inline(always)]
     pub fn hits(&self, block: usize) -> HitsX8 {
         let rays = self.len - block * LANES;

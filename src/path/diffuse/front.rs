@@ -1,5 +1,6 @@
 //! Base paths with offset paths of their own, from the camera to x_2.
 
+use super::arrival;
 use super::grid::Grid;
 use super::plain::PlainPaths;
 use super::vertices::VerticesX8;
@@ -51,7 +52,28 @@ pub(super) struct Block<const N: usize> {
     to: [Vec3x8; N],
 }
 
-/// Offset paths: at x_1 at vertices of their own, in the grid; at x_2 joined to the base path.
+/// Where the offset paths are that have not died, when their base paths are at x_k.
+#[derive(Clone, Copy)]
+pub(super) enum Stage {
+    /// x_1: at vertices of their own, in the grid.
+    Free,
+    /// x_2: they have joined the base path, coming from vertices of their own.
+    Joined,
+    /// From x_3 on: they share the base path's direction too.
+    Connected,
+}
+
+impl Stage {
+    pub(super) fn at(k: u32) -> Self {
+        match k {
+            1 => Stage::Free,
+            2 => Stage::Joined,
+            _ => Stage::Connected,
+        }
+    }
+}
+
+/// Offset paths in lanes.
 #[derive(Clone, Copy)]
 pub(super) struct OffsetX8 {
     /// A bit for each lane in which the shift holds.
@@ -120,8 +142,7 @@ impl<const N: usize> Front<N> {
         let (mut column, mut row) = (left, top);
         for place in (0..self.primary.len()).step_by(LANES) {
             let hits = self.primary.hits(place / LANES);
-            let surfaces = hits.found & !hits.lights(context.scene);
-            let vertices = VerticesX8::met(context.scene, &hits, surfaces);
+            let (vertices, surfaces) = arrival::primary(context.scene, &hits);
             self.grid.store(place, &vertices, surfaces);
             let mut pixels = [None; LANES];
             for pixel in pixels.iter_mut().take(self.primary.len() - place) {
@@ -197,8 +218,7 @@ impl<const N: usize> Front<N> {
         }
     }
 
-    /// Makes plain paths of those whose offset paths are all connected or dead: at x_3 (`k`) those are
-    /// all.
+    /// Makes plain paths of those at x_k whose offset paths are all connected or dead.
     pub(in crate::path) fn hand_over(
         &mut self,
         k: u32,
@@ -208,9 +228,9 @@ impl<const N: usize> Front<N> {
     ) {
         for block in &mut self.blocks {
             let on_their_own = block.offsets.iter().fold(0, |bits, o| bits | o.alive);
-            let settled = match k {
-                ..3 => block.alive & !on_their_own,
-                _ => block.alive,
+            let settled = match Stage::at(k) {
+                Stage::Free | Stage::Joined => block.alive & !on_their_own,
+                Stage::Connected => block.alive,
             };
             if settled == 0 {
                 continue;
@@ -327,7 +347,7 @@ fn first_hits(
             sums.first_hit(albedo, normal.lane(lane), distance.as_array()[lane]);
             continue;
         }
-        match hits.end(context.scene, lane) {
+        match arrival::end(context.scene, hits, lane) {
             End::Environment(direction) => {
                 sample.direct = context.scene.environment.radiance(direction);
             }

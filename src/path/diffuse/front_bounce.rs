@@ -1,9 +1,10 @@
 //! The bounce step of base and offset paths: at x_1 offset paths are reconnected at x_2, at x_2 they take the
 //! base path's direction.
 
-use super::front::{Block, Front, OffsetX8, step};
+use super::arrival::Arrival;
+use super::front::{Block, Front, OffsetX8, Stage, step};
 use super::grid::Grid;
-use super::vertices::{RaysX8, VerticesX8, draw_bsdf, light_at, set};
+use super::vertices::{RaysX8, VerticesX8, draw_bsdf};
 use crate::bsdf::lambert::EvalX8;
 use crate::gradient::{BaseX8, ShiftX8};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
@@ -40,7 +41,8 @@ pub(super) struct Flight<const N: usize> {
 /// Offset paths on their way to the base paths' next vertices.
 #[derive(Clone, Copy)]
 struct FollowerX8 {
-    /// Density of light sampling at y_k, whatever the segment to the light does.
+    /// Density of light sampling at y_k, over that of BSDF sampling at x_k, whatever the segment to the light
+    /// does.
     by_light: f32x8,
     /// The lanes that are yet to be joined to the base paths, and their rays.
     joins: u32,
@@ -114,35 +116,22 @@ impl<const N: usize> Front<N> {
     fn follow(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         self.reconnection.clear();
-        // At the last vertex only light counts.
-        let goes_on = k + 2 <= context.settings.depth;
         for (block, flight) in self.blocks.iter_mut().zip(&mut self.flights) {
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, flight.wi);
-            let lights = hits.lights(scene);
-            let mut ends = lights;
-            if !scene.environment.is_black() {
-                ends |= flight.alive & !hits.found;
-            }
-            flight.ends = 0;
-            for lane in lanes_of(ends) {
-                let (from, wi) = (block.vertices.position.lane(lane), flight.wi.lane(lane));
-                let pdf = flight.pdf.as_array()[lane];
-                if let Some((radiance, by_light)) =
-                    light_at(scene, &hits.end(scene, lane), from, wi, pdf)
-                {
-                    flight.radiance.set(lane, radiance);
-                    set(&mut flight.by_light, lane, by_light);
-                    flight.ends |= 1 << lane;
+            let from = block.vertices.position;
+            let arrival = Arrival::new(context, k, &hits, flight.alive, from, flight.pdf);
+            flight.surfaces = arrival.surfaces;
+            flight.ends = arrival.ends;
+            flight.radiance = arrival.radiance;
+            flight.by_light = arrival.by_light;
+            let next = arrival.vertices(scene, &hits);
+            match Stage::at(k) {
+                Stage::Free => {
+                    let missed = !hits.found;
+                    let rays = &mut self.reconnection;
+                    flight.reconnect(block, &self.grid, &next, missed, rays, &mut self.counts);
                 }
-            }
-            flight.surfaces = if goes_on { hits.found & !lights } else { 0 };
-            let next = VerticesX8::met(scene, &hits, flight.surfaces);
-            if k == 1 {
-                let missed = !hits.found;
-                let rays = &mut self.reconnection;
-                flight.reconnect(block, &self.grid, &next, missed, rays, &mut self.counts);
-            } else {
-                flight.share(block, k, &mut self.counts);
+                _ => flight.share(block, k, &mut self.counts),
             }
             block.vertices = next;
             block.throughput = flight.throughput;
@@ -201,9 +190,9 @@ impl<const N: usize> Flight<N> {
         let distant = mask_of(environment);
         let (_, here, seen) = solid_angle_per_area_x8(x.position, next.position, next.ng);
         let side = next.ng.dot(self.wi);
-        let mut rays = [RaysX8::NONE; N];
+        let mut all_rays = [RaysX8::NONE; N];
         let mut joins = 0;
-        for (j, rays) in rays.iter_mut().enumerate() {
+        for (j, rays) in all_rays.iter_mut().enumerate() {
             let y = grid.load(block.place, step(j, grid.width));
             let (direction, there, holds) =
                 solid_angle_per_area_x8(y.position, next.position, next.ng);
@@ -219,7 +208,7 @@ impl<const N: usize> Flight<N> {
                 survival: y.survival(1),
                 eval,
             };
-            self.scatter(j, &mut block.offsets[j], &scattered, counts);
+            self.shift(j, &mut block.offsets[j], &scattered, counts);
             self.followers[j].joins = block.offsets[j].alive;
             joins |= block.offsets[j].alive;
             *rays = y.rays_to(next.position, next.ng, next.offset);
@@ -228,7 +217,7 @@ impl<const N: usize> Flight<N> {
             }
         }
         for lane in lanes_of(joins) {
-            for (follower, rays) in self.followers.iter_mut().zip(&rays) {
+            for (follower, rays) in self.followers.iter_mut().zip(&all_rays) {
                 if follower.joins >> lane & 1 == 1 {
                     follower.ray[lane] = reconnection.push(&rays.lane(lane));
                 }
@@ -247,7 +236,7 @@ impl<const N: usize> Flight<N> {
                 survival: x.survival(k),
                 eval: x.eval_seen_from(offset.wo, self.wi),
             };
-            self.scatter(j, offset, &scattered, counts);
+            self.shift(j, offset, &scattered, counts);
             self.followers[j].joins = 0;
         }
     }
@@ -255,7 +244,7 @@ impl<const N: usize> Flight<N> {
     /// Takes an offset path one scattering event further, as by
     /// [`Carried::scatter`](crate::shift::Carried::scatter).
     #[inline(always)]
-    fn scatter(
+    fn shift(
         &mut self,
         j: usize,
         offset: &mut OffsetX8,

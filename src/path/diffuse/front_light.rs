@@ -1,6 +1,6 @@
 //! The light step of base and offset paths.
 
-use super::front::{Block, Front, step};
+use super::front::{Block, Front, Stage, step};
 use super::grid::Grid;
 use super::vertices::{RaysX8, draw_light};
 use crate::gradient::{BaseX8, ShiftX8};
@@ -72,10 +72,11 @@ impl<const N: usize> Front<N> {
         let steps = self.blocks.iter().zip(&mut self.lights);
         for ((block, connections), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
             let light = scene.sample_lights([u0, u1, u2]);
-            if k == 1 {
-                block.connect_free(&self.grid, &light, connections, &mut self.shadow);
-            } else {
-                block.connect_joined(k, &light, connections, &mut self.shadow);
+            match Stage::at(k) {
+                Stage::Free => {
+                    block.connect_free(&self.grid, &light, connections, &mut self.shadow);
+                }
+                _ => block.connect_joined(k, &light, connections, &mut self.shadow),
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
@@ -177,9 +178,9 @@ impl<const N: usize> Block<N> {
         shadow: &mut AnyBatch,
     ) {
         let x = &self.vertices;
+        let (connection, arriving) = self.connect_base(k, light);
         let LightBlock { base, offsets } = to;
-        let arriving;
-        (*base, arriving) = self.connect_base(k, light);
+        *base = connection;
         let rays = x.rays_to(light.position, light.ng, light.offset);
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&rays.lane(lane));

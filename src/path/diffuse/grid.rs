@@ -16,7 +16,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Makes room for `places` places in rows of `width`. What was there is still there.
+    /// Makes room for `places` places in rows of `width`. What is there means nothing yet.
     pub(super) fn resize(&mut self, width: usize, places: usize) {
         self.width = width;
         let length = self.padding() + places.next_multiple_of(LANES) + self.padding();
@@ -28,6 +28,13 @@ impl Grid {
     /// Loads begin up to a row before the first place, and end up to a row and a vector behind the last.
     fn padding(&self) -> usize {
         self.width + LANES
+    }
+
+    #[inline(always)]
+    fn at(&self, place: usize, step: isize) -> usize {
+        (self.padding() + place)
+            .checked_add_signed(step)
+            .expect("a step is at most a row")
     }
 
     /// Stores the vertices from `place` on, and a bit for each lane: whether it is a surface.
@@ -43,14 +50,14 @@ impl Grid {
     /// The vertices from `step` places after `place` on; `step` is at most a row.
     #[inline(always)]
     pub(super) fn load(&self, place: usize, step: isize) -> VerticesX8 {
-        let at = (self.padding() + place).wrapping_add_signed(step);
+        let at = self.at(place, step);
         VerticesX8::from_rows(|row| load(&self.numbers[row], at))
     }
 
     /// Which of them are surfaces.
     #[inline(always)]
     pub(super) fn surfaces(&self, place: usize, step: isize) -> u32 {
-        let at = (self.padding() + place).wrapping_add_signed(step);
+        let at = self.at(place, step);
         load(&self.surfaces, at).to_bitmask()
     }
 }

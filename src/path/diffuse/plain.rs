@@ -1,8 +1,9 @@
 //! Plain paths: the light step and the bounce step, without offset paths. They are packed densely when they
 //! scatter; those that end on a light leave gaps until the next time.
 
-use super::vertices::{VerticesX8, draw_bsdf, draw_light, light_at, set};
-use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of};
+use super::arrival::Arrival;
+use super::vertices::{VerticesX8, draw_bsdf, draw_light};
+use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of, set_lane};
 use crate::path::{Context, Counts, trace_any, trace_closest};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -15,11 +16,11 @@ use wide::f32x8;
 /// Plain paths at one vertex, with the buffers for their next steps.
 #[derive(Default)]
 pub(in crate::path) struct PlainPaths {
-    blocks: Vec<Block>,
+    blocks: Vec<PlainBlock>,
     /// Lanes of `blocks` in use.
     len: usize,
     /// Paths on their way to the next vertex, one for each ray of `bounce`.
-    flights: Vec<Flight>,
+    flights: Vec<PlainFlight>,
     /// Random numbers for one step of each path.
     numbers: Vec<[f32x8; 4]>,
     /// What arrives from a light if the ray of `shadow` is free.
@@ -33,7 +34,7 @@ pub(in crate::path) struct PlainPaths {
 
 /// Eight paths at their current vertices x_k.
 #[derive(Clone)]
-struct Block {
+struct PlainBlock {
     vertices: VerticesX8,
     /// f/p up to x_k, the scattering there excluded.
     throughput: Vec3x8,
@@ -46,7 +47,7 @@ struct Block {
 
 /// Eight paths between their vertices.
 #[derive(Clone)]
-struct Flight {
+struct PlainFlight {
     /// Where they left.
     from: Vec3x8,
     /// f/p up to the next vertex.
@@ -57,7 +58,13 @@ struct Flight {
     index: [u32; LANES],
 }
 
-impl Block {
+/// What arrives from a light, and where it is gathered.
+struct Lit {
+    light: Vec3,
+    index: u32,
+}
+
+impl PlainBlock {
     const NONE: Self = Self {
         vertices: VerticesX8::NONE,
         throughput: Vec3x8::ZERO,
@@ -67,7 +74,7 @@ impl Block {
     };
 }
 
-impl Flight {
+impl PlainFlight {
     const NONE: Self = Self {
         from: Vec3x8::ZERO,
         throughput: Vec3x8::ZERO,
@@ -75,11 +82,6 @@ impl Flight {
         samplers: [Sampler::NONE; LANES],
         index: [0; LANES],
     };
-}
-
-struct Lit {
-    light: Vec3,
-    index: u32,
 }
 
 impl PlainPaths {
@@ -107,10 +109,10 @@ impl PlainPaths {
     }
 
     #[inline(always)]
-    fn start(&mut self, sampler: Sampler) -> (&mut Block, usize) {
+    fn start(&mut self, sampler: Sampler) -> (&mut PlainBlock, usize) {
         let lane = self.len % LANES;
         if self.len / LANES == self.blocks.len() {
-            self.blocks.push(Block::NONE);
+            self.blocks.push(PlainBlock::NONE);
         }
         let block = &mut self.blocks[self.len / LANES];
         block.throughput.set(lane, Vec3::ONE);
@@ -188,12 +190,12 @@ impl PlainPaths {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
                 if at == self.flights.len() {
-                    self.flights.push(Flight::NONE);
+                    self.flights.push(PlainFlight::NONE);
                 }
                 let flight = &mut self.flights[at];
                 flight.from.set(to, x.position.lane(lane));
                 flight.throughput.set(to, throughput.lane(lane));
-                set(&mut flight.pdf, to, pdf.as_array()[lane]);
+                set_lane(&mut flight.pdf, to, pdf.as_array()[lane]);
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
             }
@@ -205,35 +207,28 @@ impl PlainPaths {
     /// Moves the paths to their next vertices; those that reached light are complete.
     fn arrive(&mut self, context: Context, k: u32) {
         let scene = context.scene;
-        // At the last vertex only light counts.
-        let goes_on = k + 2 <= context.settings.depth;
-        self.blocks.resize(self.len.div_ceil(LANES), Block::NONE);
+        self.blocks
+            .resize(self.len.div_ceil(LANES), PlainBlock::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
             let hits = self.bounce.hits(at);
-            let lights = hits.lights(scene);
-            let mut ends = lights;
-            if !scene.environment.is_black() {
-                ends |= first_lanes(self.len - at * LANES) & !hits.found;
-            }
-            for lane in lanes_of(ends) {
-                let (from, wi) = (flight.from.lane(lane), hits.direction.lane(lane));
-                let pdf = flight.pdf.as_array()[lane];
-                if let Some((radiance, by_light)) =
-                    light_at(scene, &hits.end(scene, lane), from, wi, pdf)
-                {
-                    let value = flight.throughput.lane(lane) * radiance;
-                    self.gathered[flight.index[lane] as usize] += value / (1.0 + by_light);
+            let rays = first_lanes(self.len - at * LANES);
+            let arrival = Arrival::new(context, k, &hits, rays, flight.from, flight.pdf);
+            if arrival.ends != 0 {
+                let value = flight.throughput * arrival.radiance;
+                let light = value / (f32x8::ONE + arrival.by_light);
+                for lane in lanes_of(arrival.ends) {
+                    self.gathered[flight.index[lane] as usize] += light.lane(lane);
                 }
             }
-            block.alive = if goes_on { hits.found & !lights } else { 0 };
+            block.alive = arrival.surfaces;
             if block.alive != 0 {
-                block.vertices = VerticesX8::met(scene, &hits, block.alive);
+                block.vertices = arrival.vertices(scene, &hits);
                 block.throughput = flight.throughput;
                 block.samplers = flight.samplers;
                 block.index = flight.index;
             }
         }
-        if !goes_on {
+        if self.blocks.iter().all(|block| block.alive == 0) {
             self.len = 0;
         }
     }

@@ -1,10 +1,10 @@
 //! Vertices on Lambert surfaces, and the lights they see, in lanes.
 
+use super::arrival::end;
 use crate::bsdf::lambert::{self, EvalX8};
 use crate::frame::{FrameX8, offset_origin_x8};
-use crate::lanes::{LANES, Vec3x8, from_lanes, lanes_of, mask_of, negative, positive};
+use crate::lanes::{LANES, Vec3x8, from_lanes, lanes_of, mask_of, negative, positive, set_lane};
 use crate::path::ROULETTE_FROM;
-use crate::path::bounce::{ByLight, radiance};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::scene::light::LightSamplesX8;
@@ -12,7 +12,6 @@ use crate::scene::material::Material;
 use crate::shift::solid_angle_per_area_x8;
 use crate::trace::rays::{HitsX8, Ray};
 use crate::vertex::{End, Vertex};
-use glam::Vec3;
 use wide::f32x8;
 
 /// [`Vertex`] in lanes.
@@ -132,17 +131,22 @@ impl VerticesX8 {
         }
     }
 
-    /// Where rays arrived, as by [`End::new`]: surfaces in the lanes `surfaces`. Points on lights have
-    /// position, normal and offset; where there is no hit it means nothing.
+    /// Where rays arrived at triangles of these materials, as by [`End::new`]: surfaces in the lanes
+    /// `surfaces`. Points on lights have position, normal and offset; where there is no hit it means
+    /// nothing.
     #[inline(always)]
-    pub(super) fn met(scene: &Scene, hits: &HitsX8, surfaces: u32) -> Self {
-        let materials = hits.materials(scene);
+    pub(super) fn met(
+        scene: &Scene,
+        hits: &HitsX8,
+        materials: &[&Material; LANES],
+        surfaces: u32,
+    ) -> Self {
         let mut albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
         let survival = from_lanes(|lane| materials[lane].survival);
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
         for lane in lanes_of(surfaces) {
             if materials[lane].textures.is_some()
-                && let End::Surface(vertex) = hits.end(scene, lane)
+                && let End::Surface(vertex) = end(scene, hits, lane)
             {
                 points.ns.set(lane, vertex.ns);
                 albedo.set(lane, vertex.texel.colour);
@@ -173,14 +177,14 @@ impl VerticesX8 {
         self.ns.set(lane, vertex.ns);
         self.normal.set(lane, normal);
         self.albedo.set(lane, vertex.texel.colour);
-        set(&mut self.cos_o, lane, cos_o);
-        set(
+        set_lane(&mut self.cos_o, lane, cos_o);
+        set_lane(
             &mut self.agrees,
             lane,
             mask_of(u32::from(agrees)).as_array()[0],
         );
-        set(&mut self.offset, lane, vertex.offset);
-        set(&mut self.survival, lane, vertex.survival(scene));
+        set_lane(&mut self.offset, lane, vertex.offset);
+        set_lane(&mut self.survival, lane, vertex.survival(scene));
     }
 
     /// Puts the vertex in lane `from` of `others` into a lane.
@@ -190,10 +194,10 @@ impl VerticesX8 {
         self.ns.set(lane, others.ns.lane(from));
         self.normal.set(lane, others.normal.lane(from));
         self.albedo.set(lane, others.albedo.lane(from));
-        set(&mut self.cos_o, lane, others.cos_o.as_array()[from]);
-        set(&mut self.agrees, lane, others.agrees.as_array()[from]);
-        set(&mut self.offset, lane, others.offset.as_array()[from]);
-        set(&mut self.survival, lane, others.survival.as_array()[from]);
+        set_lane(&mut self.cos_o, lane, others.cos_o.as_array()[from]);
+        set_lane(&mut self.agrees, lane, others.agrees.as_array()[from]);
+        set_lane(&mut self.offset, lane, others.offset.as_array()[from]);
+        set_lane(&mut self.survival, lane, others.survival.as_array()[from]);
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for unit directions in the world, as by
@@ -206,7 +210,7 @@ impl VerticesX8 {
         eval
     }
 
-    /// As by [`Vertex::eval_seen_from`].
+    /// As by [`Vertex::eval_seen_from`]; not for primary hits, see [`VerticesX8::rows`].
     #[inline(always)]
     pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8 {
         let (normal, cos_o, agrees) = seen_from(self.ng, self.ns, wo);
@@ -290,61 +294,6 @@ fn seen_from(ng: Vec3x8, ns: Vec3x8, wo: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
     let cos_o = same_side.select(by_ns, by_ng);
     let normal = Vec3x8::select(same_side, ns, ng);
     (normal, cos_o, positive(by_ng * cos_o))
-}
-
-impl HitsX8 {
-    /// A bit for each lane whose ray met a light.
-    #[inline(always)]
-    pub(super) fn lights(&self, scene: &Scene) -> u32 {
-        let materials = self.materials(scene);
-        let emits = |lane: usize| u32::from(materials[lane].emission.is_some()) << lane;
-        (0..LANES).fold(0, |bits, lane| bits | emits(lane)) & self.found
-    }
-
-    /// The triangles' materials.
-    #[inline(always)]
-    fn materials<'a>(&self, scene: &'a Scene) -> [&'a Material; LANES] {
-        let mut materials = [&scene.materials[0]; LANES];
-        for (material, &triangle) in materials.iter_mut().zip(&self.triangle) {
-            let index = scene.mesh.material_of[triangle as usize];
-            *material = &scene.materials[index as usize];
-        }
-        materials
-    }
-
-    /// What the ray in a lane met.
-    pub(super) fn end(&self, scene: &Scene, lane: usize) -> End {
-        let hit = (self.found >> lane & 1 == 1).then(|| self.lane(lane));
-        End::new(scene, hit, self.direction.lane(lane))
-    }
-}
-
-/// Puts a number into a lane.
-#[inline(always)]
-pub(super) fn set(numbers: &mut f32x8, lane: usize, number: f32) {
-    numbers.as_mut_array()[lane] = number;
-}
-
-/// The radiance that a path finds at its end, and what light sampling would have had, over the density of
-/// BSDF sampling. The path left `from` in the direction `wi`, with the density `pdf`. `None` where no
-/// light comes from.
-pub(super) fn light_at(
-    scene: &Scene,
-    end: &End,
-    from: Vec3,
-    wi: Vec3,
-    pdf: f32,
-) -> Option<(Vec3, f32)> {
-    match end {
-        // Light sampling leaves the backs of lights out, and so does everything else.
-        End::Light(light) if !light.front => None,
-        End::Surface(_) => None,
-        _ => {
-            let by_light = ByLight::of(scene, from, end, wi, pdf);
-            let radiance = radiance(scene, end, wi);
-            Some((radiance, by_light.density(scene, from)))
-        }
-    }
 }
 
 /// The numbers for light sampling at x_k.
