@@ -37,6 +37,16 @@ fn a_scene_is_told_to_people_and_machines() {
 }
 
 #[test]
+fn diffuse_scenes_say_that_their_paths_go_eight_at_once() {
+    for (scene, lanes) in [("scenes/cornell.obj", true), ("scenes/mirrors.obj", false)] {
+        let mut command = Command::cargo_bin("gdpt").unwrap();
+        let output = command.args(["info", scene]).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text.contains("eight paths at once"), lanes, "{text}");
+    }
+}
+
+#[test]
 fn textures_and_what_they_need_are_told() {
     let mut command = Command::cargo_bin("gdpt").unwrap();
     let output = command.args(["info", "scenes/still.obj"]).output().unwrap();

@@ -215,6 +215,9 @@ fn kernels(scene: &Scene) -> Vec<String> {
     if scene.camera.lens.is_some() {
         need("lens".to_owned());
     }
+    if scene.is_diffuse() {
+        need("eight paths at once".to_owned());
+    }
     kernels
 }
 
