@@ -12,7 +12,7 @@ use wide::{bytemuck, f32x8, u32x8};
 pub const LANES: usize = 8;
 
 /// Eight vectors. A mask is an `f32x8` whose lanes have all bits set or none.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Vec3x8 {
     /// Their first components.
     pub x: f32x8,
@@ -64,9 +64,9 @@ impl Vec3x8 {
     /// Puts a vector into one lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, v: Vec3) {
-        self.x.as_mut_array()[lane] = v.x;
-        self.y.as_mut_array()[lane] = v.y;
-        self.z.as_mut_array()[lane] = v.z;
+        set_lane(&mut self.x, lane, v.x);
+        set_lane(&mut self.y, lane, v.y);
+        set_lane(&mut self.z, lane, v.z);
     }
 
     /// Dot products.

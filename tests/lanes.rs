@@ -3,17 +3,16 @@
 
 mod common;
 
-use common::{Rng, cases, lambert, light, polygons, scene_of_file, shipped, tracer};
+use common::{Render, Rng, cases, lambert, light, polygons, scene_of_file, shipped, tracer};
 use gdpt::error::Warnings;
-use gdpt::film::Film;
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::load::bitmap::{Bitmap, Texels};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::load::sidecar::CameraTable;
-use gdpt::path::{Counts, PathSettings};
-use gdpt::render::{Job, Limits, Method};
+use gdpt::path::Counts;
+use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
 use gdpt::shift::Death;
@@ -24,41 +23,17 @@ use std::cell::RefCell;
 use std::path::Path;
 
 /// All sums of a render, as text that tells every number, and its counts.
-fn render(
-    scene: &Scene,
-    method: Method,
-    settings: &PathSettings,
-    tile_size: u32,
-) -> (String, Counts) {
-    let mut film = Film::new(scene.camera.width, scene.camera.height, tile_size);
-    let tracer = tracer(scene);
-    let job = Job {
-        scene,
-        tracer: &*tracer,
-        method,
-        settings: *settings,
-        limits: Limits {
-            samples: 5,
-            time: None,
-        },
-    };
-    let outcome = job.run(&mut film, &mut |_, _| None, &mut |_| ());
-    (format!("{film:?}"), outcome.counts)
+fn sums(scene: &Scene, render: &Render) -> (String, Counts) {
+    let (film, counts) = render.film_and_counts(scene, &*tracer(scene));
+    (format!("{film:?}"), counts)
 }
 
-/// What the comparisons had to compare.
-#[derive(Default)]
-struct Met {
-    deaths: [u64; 6],
-    dropped: u64,
-}
-
-fn compare(mut scene: Scene, method: Method, settings: &PathSettings, tile_size: u32) -> Counts {
+fn compare(mut scene: Scene, render: &Render) -> Counts {
     assert!(scene.is_diffuse());
-    let (lanes, counts) = render(&scene, method, settings, tile_size);
+    let (lanes, counts) = sums(&scene, render);
     scene.leave_lanes();
     assert!(!scene.is_diffuse());
-    let (general, general_counts) = render(&scene, method, settings, tile_size);
+    let (general, general_counts) = sums(&scene, render);
     assert_eq!(counts, general_counts);
     if lanes != general {
         let at = std::iter::zip(lanes.bytes(), general.bytes())
@@ -79,19 +54,20 @@ fn compare(mut scene: Scene, method: Method, settings: &PathSettings, tile_size:
     counts
 }
 
-const SETTINGS: PathSettings = PathSettings {
-    depth: 12,
-    seed: 3,
-    points: Points::Sobol,
-    weights: Weights::Mis,
-    filter: Filter::Box,
-};
+fn by(method: Method) -> Render {
+    Render {
+        method,
+        spp: 5,
+        seed: 3,
+        ..Render::default()
+    }
+}
 
 #[test]
 fn shipped_scenes_have_the_bits_of_the_general_loop() {
     for name in ["cornell", "ajar", "corner"] {
         for method in [Method::Pt, Method::Gpt] {
-            compare(shipped(name, 67, 45), method, &SETTINGS, 32);
+            compare(shipped(name, 67, 45), &by(method));
         }
     }
     for name in ["glossy", "mirrors", "furnace", "still"] {
@@ -110,7 +86,7 @@ fn a_lens_has_the_bits_of_the_general_loop() {
     };
     scene.camera = gdpt::scene::camera::Camera::new(&table, (40, 40), scene.mesh.bounds).unwrap();
     assert!(scene.camera.lens.is_some());
-    compare(scene, Method::Gpt, &SETTINGS, 32);
+    compare(scene, &by(Method::Gpt));
 }
 
 fn camera_of(name: &str) -> CameraTable {
@@ -146,7 +122,7 @@ fn textures_have_the_bits_of_the_general_loop() {
     for method in [Method::Pt, Method::Gpt] {
         let scene = scene_of_file(&folder.path().join("a.obj"), 50, 40);
         assert!(scene.mesh.cutouts.is_some());
-        compare(scene, method, &SETTINGS, 32);
+        compare(scene, &by(method));
     }
 }
 
@@ -261,23 +237,23 @@ fn any_diffuse_scene_has_the_bits_of_the_general_loop() {
         );
     let sizes = ((1u32..30, 1u32..30), 1u32..24, 1u32..9);
     let switches = any::<(bool, bool, bool)>();
-    let total = RefCell::new(Met::default());
+    let total = RefCell::new(Counts::default());
     runner
         .run(
             &(mixtures, sizes, switches),
             |(mixture, (size, tile_size, depth), (gradients, symmetric, independent))| {
-                let settings = PathSettings {
-                    depth,
+                let render = Render {
+                    method: [Method::Pt, Method::Gpt][usize::from(gradients)],
+                    weights: [Weights::Mis, Weights::Symmetric][usize::from(symmetric)],
+                    spp: 5,
                     seed: mixture.seed,
                     points: [Points::Sobol, Points::Independent][usize::from(independent)],
-                    weights: [Weights::Mis, Weights::Symmetric][usize::from(symmetric)],
+                    depth,
+                    tile_size,
                     filter: Filter::Tent,
                 };
-                let method = [Method::Pt, Method::Gpt][usize::from(gradients)];
-                let counts = compare(scene(&mixture, size), method, &settings, tile_size);
-                let mut total = total.borrow_mut();
-                total.dropped += counts.dropped;
-                std::iter::zip(&mut total.deaths, counts.deaths).for_each(|(sum, n)| *sum += n);
+                let counts = compare(scene(&mixture, size), &render);
+                total.borrow_mut().add(&counts);
                 Ok(())
             },
         )
@@ -310,7 +286,7 @@ fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
     // Lights chosen by place.
     assert!(!lamps(64, light(1.0), &size).is_diffuse());
     // A lamp without power is a black surface.
-    compare(lamps(1, light(0.0), &size), Method::Gpt, &SETTINGS, 8);
+    compare(lamps(1, light(0.0), &size), &by(Method::Gpt));
     // A metal.
     let metal = MtlMaterial {
         pm: Some(1.0),
@@ -325,7 +301,7 @@ fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
     };
     let nothing = polygons(&[], vec![lambert(0.5)], &settings);
     assert!(!nothing.is_diffuse());
-    render(&nothing, Method::Gpt, &SETTINGS, 8);
+    sums(&nothing, &by(Method::Gpt));
     // A map of the environment.
     let bitmap = Bitmap {
         width: 2,

@@ -8,7 +8,7 @@ use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
-use gdpt::path::PathSettings;
+use gdpt::path::{Counts, PathSettings};
 use gdpt::render::{Job, Limits, Method};
 use gdpt::sampler::{Points, mix};
 use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
@@ -113,6 +113,12 @@ impl Default for Render {
 
 impl Render {
     pub fn film(&self, scene: &Scene, tracer: &dyn Traverse) -> Film {
+        let (film, counts) = self.film_and_counts(scene, tracer);
+        assert_eq!(counts.dropped, 0, "samples were not finite");
+        film
+    }
+
+    pub fn film_and_counts(&self, scene: &Scene, tracer: &dyn Traverse) -> (Film, Counts) {
         let mut film = Film::new(scene.camera.width, scene.camera.height, self.tile_size);
         let job = Job {
             scene,
@@ -131,8 +137,7 @@ impl Render {
             },
         };
         let outcome = job.run(&mut film, &mut |_, _| None, &mut |_| ());
-        assert_eq!(outcome.counts.dropped, 0, "samples were not finite");
-        film
+        (film, outcome.counts)
     }
 
     pub fn estimate(&self, scene: &Scene, tracer: &dyn Traverse) -> Estimate {

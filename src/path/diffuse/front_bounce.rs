@@ -93,18 +93,14 @@ impl<const N: usize> Front<N> {
         draw_bsdf(samplers, k, &mut self.numbers);
         self.flights.resize(self.blocks.len(), Flight::NONE);
         let steps = self.blocks.iter().zip(&mut self.flights);
-        for ((block, flight), &[u0, u1, _, u_roulette]) in steps.zip(&self.numbers) {
+        for ((block, flight), numbers) in steps.zip(&self.numbers) {
             let x = &block.vertices;
-            let survival = x.survival(k);
-            let scattering = x.sample([u0, u1]);
-            let eval = scattering.eval;
-            let pdf = eval.pdf * survival;
             // All of them carry light yet: x_1 and x_2 are not black.
-            let mask = u_roulette.simd_lt(survival) & eval.holds;
+            let scattering = x.scatter(k, block.throughput, numbers);
             flight.wi = scattering.wi;
-            flight.pdf = pdf;
-            flight.throughput = block.throughput * eval.value * (f32x8::ONE / pdf);
-            flight.alive = mask.to_bitmask() & block.alive;
+            flight.pdf = scattering.pdf;
+            flight.throughput = scattering.throughput;
+            flight.alive = scattering.holds & block.alive;
             let rays = x.rays(scattering.wi);
             for lane in lanes_of(flight.alive) {
                 flight.ray[lane] = self.bounce.push(&rays.lane(lane));

@@ -2,7 +2,7 @@
 
 use super::front::{Block, Front, Stage, step};
 use super::grid::Grid;
-use super::vertices::{RaysX8, draw_light};
+use super::vertices::{ConnectedX8, RaysX8, draw_light};
 use crate::gradient::{BaseX8, ShiftX8};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::path::{Context, trace_any};
@@ -93,37 +93,17 @@ impl<const N: usize> Front<N> {
     }
 }
 
-/// What the base paths' connections share with those of the offset paths.
-struct Arriving {
-    /// Unit directions to the lights.
-    wi: Vec3x8,
-    /// What arrives from there.
-    light: Vec3x8,
-    /// One over the densities per solid angle.
-    per_density: f32x8,
-}
-
 impl<const N: usize> Block<N> {
     /// The base paths' connections, but for their rays.
     #[inline(always)]
-    fn connect_base(&self, k: u32, light: &LightSamplesX8) -> (ConnectionX8, Arriving) {
-        let x = &self.vertices;
-        let seen = x.see(light);
-        let eval = x.eval(seen.wi);
-        let arriving = light.radiance * seen.per_density;
-        let base = ConnectionX8 {
-            value: self.throughput * eval.value * arriving,
+    fn base_connection(&self, to_light: &ConnectedX8) -> ConnectionX8 {
+        ConnectionX8 {
+            value: to_light.value,
             by_light: f32x8::ONE,
-            by_bsdf: eval.pdf * x.survival(k) * seen.per_density,
-            holds: (seen.holds & eval.holds).to_bitmask() & self.alive,
+            by_bsdf: to_light.by_bsdf,
+            holds: to_light.holds & self.alive,
             ray: [0; LANES],
-        };
-        let arriving = Arriving {
-            wi: seen.wi,
-            light: arriving,
-            per_density: seen.per_density,
-        };
-        (base, arriving)
+        }
     }
 
     /// Connects x_1 and the offset paths' own vertices to the same points on lights.
@@ -136,7 +116,7 @@ impl<const N: usize> Block<N> {
         shadow: &mut AnyBatch,
     ) {
         let LightBlock { base, offsets } = to;
-        (*base, _) = self.connect_base(1, light);
+        *base = self.base_connection(&self.vertices.connect(1, self.throughput, light));
         let base_rays = self
             .vertices
             .rays_to(light.position, light.ng, light.offset);
@@ -178,19 +158,19 @@ impl<const N: usize> Block<N> {
         shadow: &mut AnyBatch,
     ) {
         let x = &self.vertices;
-        let (connection, arriving) = self.connect_base(k, light);
+        let to_light = x.connect(k, self.throughput, light);
         let LightBlock { base, offsets } = to;
-        *base = connection;
+        *base = self.base_connection(&to_light);
         let rays = x.rays_to(light.position, light.ng, light.offset);
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&rays.lane(lane));
         }
         for (connection, offset) in offsets.iter_mut().zip(&self.offsets) {
-            let eval = x.eval_seen_from(offset.wo, arriving.wi);
+            let eval = x.eval_seen_from(offset.wo, to_light.wi);
             *connection = ConnectionX8 {
-                value: offset.throughput * eval.value * arriving.light,
+                value: offset.throughput * eval.value * to_light.arriving,
                 by_light: offset.ratio,
-                by_bsdf: offset.ratio * eval.pdf * x.survival(k) * arriving.per_density,
+                by_bsdf: offset.ratio * eval.pdf * x.survival(k) * to_light.per_density,
                 holds: eval.holds.to_bitmask() & offset.alive & base.holds,
                 ray: base.ray,
             };

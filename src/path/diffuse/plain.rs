@@ -147,15 +147,10 @@ impl PlainPaths {
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let light = scene.sample_lights([u0, u1, u2]);
-            let seen = x.see(&light);
-            let eval = x.eval(seen.wi);
-            let arriving = light.radiance * seen.per_density;
-            let value = block.throughput * eval.value * arriving;
-            let by_bsdf = eval.pdf * x.survival(k) * seen.per_density;
-            let value = value / (f32x8::ONE + by_bsdf);
+            let to_light = x.connect(k, block.throughput, &light);
+            let value = to_light.value / (f32x8::ONE + to_light.by_bsdf);
             let rays = x.rays_to(light.position, light.ng, light.offset);
-            let mask = seen.holds & eval.holds;
-            for lane in lanes_of(mask.to_bitmask() & block.alive) {
+            for lane in lanes_of(to_light.holds & block.alive) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
                     light: value.lane(lane),
@@ -176,17 +171,12 @@ impl PlainPaths {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
         draw_bsdf(samplers, k, &mut self.numbers);
-        for (block, &[u0, u1, _, u_roulette]) in self.blocks.iter().zip(&self.numbers) {
+        for (block, numbers) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
-            let survival = x.survival(k);
-            let survives = u_roulette.simd_lt(survival) & block.throughput.is_not_zero();
-            let scattering = x.sample([u0, u1]);
-            let eval = scattering.eval;
-            let pdf = eval.pdf * survival;
-            let throughput = block.throughput * eval.value * (f32x8::ONE / pdf);
+            let scattering = x.scatter(k, block.throughput, numbers);
             let rays = x.rays(scattering.wi);
-            let mask = survives & eval.holds;
-            for lane in lanes_of(mask.to_bitmask() & block.alive) {
+            let carries_light = block.throughput.is_not_zero().to_bitmask();
+            for lane in lanes_of(scattering.holds & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
                 if at == self.flights.len() {
@@ -194,8 +184,8 @@ impl PlainPaths {
                 }
                 let flight = &mut self.flights[at];
                 flight.from.set(to, x.position.lane(lane));
-                flight.throughput.set(to, throughput.lane(lane));
-                set_lane(&mut flight.pdf, to, pdf.as_array()[lane]);
+                flight.throughput.set(to, scattering.throughput.lane(lane));
+                set_lane(&mut flight.pdf, to, scattering.pdf.as_array()[lane]);
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
             }

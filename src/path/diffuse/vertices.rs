@@ -34,11 +34,16 @@ pub(super) struct VerticesX8 {
     survival: f32x8,
 }
 
-/// Directions drawn by the BSDF.
+/// Paths that have scattered.
 pub(super) struct ScatteringX8 {
     /// Unit directions in the world.
     pub(super) wi: Vec3x8,
-    pub(super) eval: EvalX8,
+    /// Their densities, roulette included.
+    pub(super) pdf: f32x8,
+    /// f/p up to the next vertices.
+    pub(super) throughput: Vec3x8,
+    /// A bit for each lane that goes on.
+    pub(super) holds: u32,
 }
 
 /// Rays that leave vertices.
@@ -204,30 +209,42 @@ impl VerticesX8 {
     /// [`Vertex::eval`].
     #[inline(always)]
     pub(super) fn eval(&self, wi: Vec3x8) -> EvalX8 {
-        let cos_i = self.normal.dot(wi);
-        let mut eval = lambert::eval_x8(self.albedo, self.cos_o, cos_i);
-        eval.holds &= self.agrees & positive(self.ng.dot(wi) * cos_i);
-        eval
+        self.eval_by((self.normal, self.cos_o, self.agrees), wi)
     }
 
     /// As by [`Vertex::eval_seen_from`]; not for primary hits, see [`VerticesX8::rows`].
     #[inline(always)]
     pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8 {
-        let (normal, cos_o, agrees) = seen_from(self.ng, self.ns, wo);
+        self.eval_by(seen_from(self.ng, self.ns, wo), wi)
+    }
+
+    /// With what [`seen_from`] says.
+    #[inline(always)]
+    fn eval_by(&self, (normal, cos_o, agrees): (Vec3x8, f32x8, f32x8), wi: Vec3x8) -> EvalX8 {
         let cos_i = normal.dot(wi);
         let mut eval = lambert::eval_x8(self.albedo, cos_o, cos_i);
         eval.holds &= agrees & positive(self.ng.dot(wi) * cos_i);
         eval
     }
 
-    /// Draws directions, as by [`Vertex::sample`].
+    /// Draws directions for paths that arrive at x_k with `throughput`, as by [`Vertex::sample`], with the
+    /// numbers of [`draw_bsdf`].
     #[inline(always)]
-    pub(super) fn sample(&self, u: [f32x8; 2]) -> ScatteringX8 {
-        let (local, mut eval) = lambert::sample_x8(self.albedo, self.cos_o, u);
+    pub(super) fn scatter(&self, k: u32, throughput: Vec3x8, u: &[f32x8; 4]) -> ScatteringX8 {
+        let &[u0, u1, _, u_roulette] = u;
+        let survival = self.survival(k);
+        let (local, eval) = lambert::sample_x8(self.albedo, self.cos_o, [u0, u1]);
         let wi = FrameX8::new(self.normal).to_world(local);
         let wi = wi * wi.length_recip();
-        eval.holds &= positive(self.ng.dot(wi) * local.z);
-        ScatteringX8 { wi, eval }
+        let agrees = positive(self.ng.dot(wi) * local.z);
+        let pdf = eval.pdf * survival;
+        let holds = eval.holds & agrees & u_roulette.simd_lt(survival);
+        ScatteringX8 {
+            wi,
+            pdf,
+            throughput: throughput * eval.value * (f32x8::ONE / pdf),
+            holds: holds.to_bitmask(),
+        }
     }
 
     /// Probability that a path goes on from here as its vertex x_k.
@@ -263,6 +280,27 @@ impl VerticesX8 {
         }
     }
 
+    /// Connects paths that arrive at x_k with `throughput` to lights.
+    #[inline(always)]
+    pub(super) fn connect(
+        &self,
+        k: u32,
+        throughput: Vec3x8,
+        light: &LightSamplesX8,
+    ) -> ConnectedX8 {
+        let seen = self.see(light);
+        let eval = self.eval(seen.wi);
+        let arriving = light.radiance * seen.per_density;
+        ConnectedX8 {
+            wi: seen.wi,
+            arriving,
+            per_density: seen.per_density,
+            value: throughput * eval.value * arriving,
+            by_bsdf: eval.pdf * self.survival(k) * seen.per_density,
+            holds: (seen.holds & eval.holds).to_bitmask(),
+        }
+    }
+
     /// The lights as they are seen from here.
     #[inline(always)]
     pub(super) fn see(&self, light: &LightSamplesX8) -> SeenX8 {
@@ -283,6 +321,22 @@ pub(super) struct SeenX8 {
     pub(super) per_density: f32x8,
     /// Where there is a light, and it is seen from its front.
     pub(super) holds: f32x8,
+}
+
+/// Paths that arrive at vertices, connected to points on lights.
+pub(super) struct ConnectedX8 {
+    /// Unit directions to the lights.
+    pub(super) wi: Vec3x8,
+    /// What arrives from there.
+    pub(super) arriving: Vec3x8,
+    /// One over the densities per solid angle.
+    pub(super) per_density: f32x8,
+    /// The paths' values over the density, if nothing blocks them.
+    pub(super) value: Vec3x8,
+    /// Densities of BSDF sampling, over those of light sampling.
+    pub(super) by_bsdf: f32x8,
+    /// A bit for each lane with a connection.
+    pub(super) holds: u32,
 }
 
 /// The normals to shade with as seen from the directions `wo`, their cosines to it, and whether both
