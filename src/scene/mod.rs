@@ -3,6 +3,7 @@
 mod alias;
 pub mod camera;
 pub mod environment;
+mod from_mtl;
 pub mod light;
 mod light_grid;
 pub mod material;
