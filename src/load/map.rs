@@ -1,6 +1,7 @@
 //! Texture statements of MTL files (`map_Kd -s 2 2 wood.png`), and where their files are.
 
 use super::bitmap::Bitmap;
+use super::find::find;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -122,19 +123,12 @@ impl MapStatement {
         (!map.file.is_empty()).then_some((map, ignored))
     }
 
-    /// The file: as written, with backslashes as slashes, in any letter case; or under its bare name, since
-    /// many files carry the paths of another machine. `Err` is the path at which it was expected.
+    /// Where the file is. `Err` is the path at which it was expected.
     pub fn find(&self) -> Result<PathBuf, PathBuf> {
-        let name = self.file.replace('\\', "/");
-        let bare = name.rsplit('/').next().unwrap_or(&name);
-        let expected = self
-            .folder
-            .join(if name.contains(':') { bare } else { &name });
-        [Path::new(&name), Path::new(bare)]
-            .into_iter()
-            .chain(std::iter::once(Path::new("textures").join(bare).as_path()))
-            .find_map(|path| in_any_case(&self.folder, path))
-            .ok_or_else(|| std::path::absolute(&expected).unwrap_or(expected))
+        find(
+            &self.file,
+            &[self.folder.clone(), self.folder.join("textures")],
+        )
     }
 }
 
@@ -143,43 +137,6 @@ fn word(text: &str) -> (&str, &str) {
     let text = text.trim_start();
     let end = text.find(char::is_whitespace).unwrap_or(text.len());
     (&text[..end], text[end..].trim_start())
-}
-
-/// The file `path` from `folder` on, each part of the path in any letter case where there is none in the
-/// right one.
-fn in_any_case(folder: &Path, path: &Path) -> Option<PathBuf> {
-    let direct = folder.join(path);
-    if direct.is_file() {
-        return Some(direct);
-    }
-    let mut found = if path.is_absolute() {
-        PathBuf::from("/")
-    } else if folder.as_os_str().is_empty() {
-        PathBuf::from(".")
-    } else {
-        folder.to_owned()
-    };
-    for part in path.components() {
-        use std::path::Component::{CurDir, Normal, ParentDir};
-        match part {
-            Normal(part) if found.join(part).exists() => found.push(part),
-            Normal(part) => {
-                let wanted = part.to_str()?.to_lowercase();
-                let alike = |e: &std::fs::DirEntry| {
-                    e.file_name()
-                        .to_str()
-                        .is_some_and(|name| name.to_lowercase() == wanted)
-                };
-                let entries = std::fs::read_dir(&found).ok()?.filter_map(Result::ok);
-                // The least name, so that the order of the folder does not matter.
-                found = entries.filter(alike).map(|e| e.path()).min()?;
-            }
-            ParentDir => found.push(".."),
-            CurDir => {}
-            _ => continue,
-        }
-    }
-    found.is_file().then_some(found)
 }
 
 #[cfg(test)]
@@ -205,38 +162,5 @@ mod tests {
         assert_eq!(parse("-odd.png").unwrap().0.file, "-odd.png");
         assert_eq!(parse(r"C:\tex\a b.png").unwrap().0.file, r"C:\tex\a b.png");
         assert!(parse("  ").is_none());
-    }
-
-    #[test]
-    fn files_are_found_as_people_name_them() {
-        let folder = tempfile::tempdir().unwrap();
-        let sub = folder.path().join("Maps");
-        std::fs::create_dir(&sub).unwrap();
-        let file = sub.join("Red Wood.PNG");
-        std::fs::write(&file, "x").unwrap();
-        let plain = folder.path().join("plain.png");
-        std::fs::write(&plain, "x").unwrap();
-        let find = |name: &str| {
-            let at = String::new();
-            let (map, _) = MapStatement::parse("map_Kd", name, at, folder.path()).unwrap();
-            map.find()
-        };
-        for name in [
-            "Maps/Red Wood.PNG",
-            r"maps\red wood.png",
-            r".\MAPS\Red Wood.png",
-        ] {
-            assert_eq!(find(name), Ok(file.clone()), "{name}");
-        }
-        for name in [
-            "PLAIN.png",
-            r"C:\Users\me\plain.png",
-            "/elsewhere/plain.png",
-            "\"plain.png\"",
-        ] {
-            assert_eq!(find(name), Ok(plain.clone()), "{name}");
-        }
-        let missing = find(r"maps\none.png").unwrap_err();
-        assert!(missing.is_absolute() && missing.ends_with("maps/none.png"));
     }
 }

@@ -4,6 +4,8 @@
 mod ahead;
 pub mod bitmap;
 pub mod exr;
+mod find;
+mod library;
 mod line;
 pub mod map;
 pub mod mtl;
@@ -11,6 +13,7 @@ pub mod obj;
 mod regroup;
 mod scan;
 pub mod sidecar;
+mod text;
 
 use crate::error::{Error, Result};
 

@@ -1,7 +1,7 @@
 //! MTL files: materials as written.
 
 use super::map::MapStatement;
-use super::{check_readable, guarded};
+use super::{guarded, text};
 use crate::error::{Error, Result, Warnings};
 use std::path::Path;
 
@@ -43,10 +43,9 @@ impl MtlMaterial {
 
 /// Reads the materials of an MTL file.
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<Vec<MtlMaterial>> {
-    check_readable(path)?;
-    let bytes = std::fs::read(path).map_err(Error::io(path, "cannot be read"))?;
+    let text = text::read(path)?;
     let mut maps = Vec::new();
-    let text = canonical(path, &String::from_utf8_lossy(&bytes), &mut maps, warnings)?;
+    let text = canonical(path, &text, &mut maps, warnings)?;
     let parsed = guarded(|| tobj::load_mtl_buf(&mut text.as_bytes()));
     match parsed {
         Ok(Ok((materials, _))) => Ok(materials

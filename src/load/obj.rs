@@ -1,18 +1,16 @@
 //! OBJ files: triangles and materials as written.
 
 use super::ahead;
-use super::bitmap::{self, Bitmap};
-use super::mtl::{self, MtlMaterial};
+use super::library;
+use super::mtl::MtlMaterial;
 use super::regroup::{Group, Regroup};
 use super::scan::{self, Defect};
 use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
 use glam::{Vec2, Vec3};
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 /// In [`ObjFile::normal_triangles`] and [`ObjFile::texcoord_triangles`]: this corner has none.
 pub const NONE: u32 = u32::MAX;
@@ -65,7 +63,8 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         }
     };
 
-    let (materials, material_of_name) = load_materials(path, &reader, warnings)?;
+    let (materials, material_of_name) =
+        library::load(path, &reader.libraries, &reader.materials, warnings)?;
     let textured = materials.iter().any(|m| !m.maps.is_empty());
 
     // One mesh of all models.
@@ -197,114 +196,4 @@ fn place(path: &Path, found: Option<(usize, String)>) -> String {
 fn area_vector(positions: &[Vec3], t: [u32; 3]) -> glam::DVec3 {
     let [a, b, c] = t.map(|i| positions[i as usize].as_dvec3());
     (b - a).cross(c - a)
-}
-
-/// The materials of all libraries, with an empty one for each name that no library has, and which of them
-/// each name of [`Regroup::materials`] means.
-fn load_materials<R>(
-    path: &Path,
-    file: &Regroup<R>,
-    warnings: &mut Warnings,
-) -> Result<(Vec<MtlMaterial>, Vec<usize>)> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut materials: Vec<MtlMaterial> = Vec::new();
-    let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
-    let mut read: Vec<&str> = Vec::new();
-    let libraries = file.libraries.iter().flat_map(|(names, line)| {
-        let names = library_names(folder, names).into_iter();
-        names.map(move |name| (name, line))
-    });
-    for (name, line) in libraries {
-        if read.contains(&name) {
-            continue;
-        }
-        read.push(name);
-        let library = folder.join(name);
-        if !library.exists() {
-            let at = format!("{}:{line}", path.display());
-            let full = std::path::absolute(&library).unwrap_or(library);
-            warnings.push(format!("{at}: no material file {}", full.display()))?;
-            continue;
-        }
-        // The first definition of a name holds.
-        for material in mtl::load(&library, warnings)? {
-            if !by_name.contains_key(&material.name) {
-                by_name.insert(material.name.clone(), materials.len());
-                materials.push(material);
-            }
-        }
-    }
-    let mut used = Vec::new();
-    let mut textures = Textures::default();
-    for (name, line) in &file.materials {
-        let index = match by_name.get(name) {
-            Some(&index) => index,
-            None => {
-                warnings.push(format!(
-                    "{}:{line}: material '{name}' is not defined; grey is used instead",
-                    path.display()
-                ))?;
-                materials.push(MtlMaterial {
-                    name: name.clone(),
-                    ..Default::default()
-                });
-                materials.len() - 1
-            }
-        };
-        textures.load(&mut materials[index], warnings)?;
-        used.push(index);
-    }
-    Ok((materials, used))
-}
-
-/// The files that `mtllib` names: one, perhaps with blanks in its name, as programs write it, or else
-/// several, as the format has it.
-fn library_names<'a>(folder: &Path, names: &'a str) -> Vec<&'a str> {
-    let is_file = |name: &str| folder.join(name).is_file();
-    let words: Vec<&str> = names
-        .split_whitespace()
-        .take_while(|word| !word.starts_with('#'))
-        .collect();
-    if is_file(names) || !words.iter().any(|word| is_file(word)) {
-        vec![names]
-    } else {
-        words
-    }
-}
-
-/// Textures read so far by the paths of their files; `None` for one that cannot be used.
-#[derive(Default)]
-struct Textures(BTreeMap<PathBuf, Option<Arc<Bitmap>>>);
-
-impl Textures {
-    /// Reads the textures of a material.
-    fn load(&mut self, material: &mut MtlMaterial, warnings: &mut Warnings) -> Result<()> {
-        for map in &mut material.maps {
-            let (path, found) = match map.find() {
-                Ok(path) => (path.canonicalize().unwrap_or(path), true),
-                Err(expected) => (expected, false),
-            };
-            map.bitmap = match self.0.get(&path) {
-                Some(bitmap) => bitmap.clone(),
-                None => {
-                    let bitmap = if found {
-                        bitmap::load(&path).map_err(|e| e.to_string())
-                    } else {
-                        Err(format!("no texture {}", path.display()))
-                    };
-                    if let Err(reason) = &bitmap {
-                        let instead = match map.key.as_str() {
-                            "map_kd" | "map_ks" | "map_pr" => "grey is used instead",
-                            _ => "it is left out",
-                        };
-                        warnings.push(format!("{}: {reason}; {instead}", map.at))?;
-                    }
-                    let bitmap = bitmap.ok().map(Arc::new);
-                    self.0.insert(path, bitmap.clone());
-                    bitmap
-                }
-            };
-        }
-        Ok(())
-    }
 }

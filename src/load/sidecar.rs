@@ -1,6 +1,7 @@
 //! The optional TOML beside an OBJ: camera, film and environment, as written.
 
 use super::bitmap::{self, Bitmap};
+use super::find::beside;
 use crate::error::{Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -117,7 +118,7 @@ impl Sidecar {
 
 /// The path of the TOML that belongs to an OBJ.
 pub fn path_for(obj: &Path) -> PathBuf {
-    obj.with_extension("toml")
+    beside(obj, "toml")
 }
 
 /// Reads the TOML beside `obj`; all absent where there is none.
