@@ -1,7 +1,10 @@
 //! Diffuse scenes go through loops in vector lanes; every bit is that of the general loop, and so are the
 //! counts of rays, dead shifts and dropped samples.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod freeze;
+mod mixed;
 
 use common::{Render, Rng, cases, lambert, light, polygons, scene_of_file, shipped, tracer};
 use gdpt::error::Warnings;
