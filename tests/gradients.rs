@@ -184,6 +184,71 @@ fn filters() {
     }
 }
 
+/// A lamp and its floor seen through panes, smooth and frosted, and through a half open board; the lamp lights
+/// what is behind them through them too.
+#[test]
+fn panes() {
+    let level = |y: f32, half: f32| {
+        [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| [x, y, z])
+    };
+    let upright = |x: f32, z: f32, turn: f32| {
+        [(-0.3, 0.0), (0.3, 0.0), (0.3, 0.7), (-0.3, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
+    };
+    let (floor, mut lamp) = (level(0.0, 2.0), level(1.2, 0.5));
+    lamp.reverse();
+    let sheets = [
+        upright(-0.6, 0.4, 0.5),
+        upright(0.1, 0.5, 0.0),
+        upright(0.7, 0.3, -0.4),
+    ];
+    let all: [(&[[f32; 3]], usize); 5] = [
+        (&floor, 0),
+        (&lamp, 1),
+        (&sheets[0], 2),
+        (&sheets[1], 3),
+        (&sheets[2], 4),
+    ];
+    let settings = gdpt::scene::SceneSettings {
+        camera: CameraTable {
+            origin: Some([0.2, 0.9, 2.4]),
+            target: Some([0.0, 0.3, 0.0]),
+            fov: Some(45.0),
+            ..Default::default()
+        },
+        size: (SIZE, SIZE),
+        environment: None,
+        roughness_threshold: 0.01,
+    };
+    let glass = |tf, pr| MtlMaterial {
+        illum: Some(7),
+        tf: Some(tf),
+        pr,
+        ..Default::default()
+    };
+    let board = MtlMaterial {
+        kd: Some([0.8, 0.4, 0.2]),
+        opacity: Some(0.4),
+        ..Default::default()
+    };
+    let lamp = MtlMaterial {
+        ke: Some([3.0, 2.0, 1.0]),
+        ..Default::default()
+    };
+    let materials = vec![
+        common::lambert(0.6),
+        lamp,
+        glass([0.7, 0.9, 0.8], None),
+        glass([1.0; 3], Some(0.5)),
+        board,
+    ];
+    let scene = common::polygons(&all, materials, &settings);
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check("panes", weights, &scene, &*tracer, &reference);
+    }
+}
+
 /// So many lamps that the choice among them is by the place that is lit: base and offset path have
 /// densities of their own for the same lamp.
 #[test]

@@ -194,6 +194,10 @@ fn cases() -> Vec<Case> {
     let slab = || block("glass", [0.05, 1., 1.2], [0.75, 0.6, 0.08], 22.);
     let corners = [[-3., 0., 2.5], [3., 0., 2.5], [3., 0., -2.], [-3., 0., -2.]];
     let floor = ("white", corners.to_vec());
+    let upright = |material, z: f32| -> Polygon {
+        let corners = [(-0.7, 0.2), (0.8, 0.3), (0.6, 1.4), (-0.6, 1.3)];
+        (material, corners.map(|(x, y)| [x, y, z + 0.2 * x]).to_vec())
+    };
     let open_air = || -> Vec<Polygon> {
         let glass = block("glass", [-0.2, 0.3, 0.7], [0.2, 0.25, 0.2], 10.);
         let lamp = room("white").swap_remove(6);
@@ -291,6 +295,20 @@ fn cases() -> Vec<Case> {
             depth: 7,
             mtl: room_mtl!("newmtl glass\nillum 7\nNi 1.5\nPr 0.3\nTf 0.95 0.8 0.7\n"),
             polygons: with("white", blocks().into_iter().chain(slab()).collect()),
+            toml: INTO_ROOM,
+        },
+        // A pane across the room, and a half open board behind it.
+        Case {
+            name: "panes",
+            depth: 8,
+            mtl: room_mtl!("newmtl pane\nillum 7\nNi 1.5\nnewmtl board\nKd 0.6 0.3 0.1\nd 0.4\n"),
+            polygons: with(
+                "white",
+                blocks()
+                    .into_iter()
+                    .chain([upright("pane", 0.4), upright("board", -0.1)])
+                    .collect(),
+            ),
             toml: INTO_ROOM,
         },
         // Constant light from all around and a lamp, on Lambert, a mirror and glass.

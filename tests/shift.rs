@@ -13,9 +13,20 @@ use gdpt::vertex::{Scattering, Vertex};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 
-/// A scene of one triangle that has these materials.
+/// A scene with these materials; those that are transparent are solid.
 fn scene(materials: Vec<MtlMaterial>) -> Scene {
+    scene_with_panes(materials, &[])
+}
+
+/// The same, in which these of the materials are on triangles of their own, so that they are thin.
+fn scene_with_panes(mut materials: Vec<MtlMaterial>, panes: &[usize]) -> Scene {
     let corners: &[[f32; 3]] = &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut triangles = vec![(corners, materials.len())];
+    materials.push(common::lambert(0.5));
+    let apart: Vec<_> = (0..panes.len())
+        .map(|i| [0, 1, 2].map(|c| [corners[c][0], corners[c][1], 2.0 + i as f32]))
+        .collect();
+    triangles.extend(apart.iter().zip(panes).map(|(t, &m)| (t.as_slice(), m)));
     let settings = SceneSettings {
         camera: CameraTable {
             origin: Some([0.0, 0.0, 5.0]),
@@ -25,7 +36,7 @@ fn scene(materials: Vec<MtlMaterial>) -> Scene {
         environment: None,
         roughness_threshold: 0.05,
     };
-    polygons(&[(corners, 0)], materials, &settings)
+    polygons(&triangles, materials, &settings)
 }
 
 fn metal(roughness: f32) -> MtlMaterial {
@@ -51,6 +62,14 @@ fn glass(roughness: f32, index: f32) -> MtlMaterial {
         pr: Some(roughness),
         ni: Some(index),
         ..Default::default()
+    }
+}
+
+/// Lambert that lets light pass straight through in part.
+fn half_open(opacity: f32) -> MtlMaterial {
+    MtlMaterial {
+        opacity: Some(opacity),
+        ..common::lambert(0.5)
     }
 }
 
@@ -138,7 +157,10 @@ fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
     });
     let local_wi = at.frame().to_local(wi);
     let local_wo = at.frame().to_local(at.wo);
-    let mirrored = Vec3::new(-local_wo.x, -local_wo.y, local_wo.z);
+    let straight = match lobe {
+        Lobe::Reflection => Vec3::new(-local_wo.x, -local_wo.y, local_wo.z),
+        Lobe::Transmission => -local_wo,
+    };
     let bsdf = at.bsdf(scene);
     let single = bsdf.eval_delta(local_wo, lobe).is_some();
     Scattering {
@@ -147,7 +169,7 @@ fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
         eval,
         lobe,
         delta: matches!(bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
-            || (single && local_wi.abs_diff_eq(mirrored, 1e-4)),
+            || (single && local_wi.abs_diff_eq(straight, 1e-4)),
     }
 }
 
@@ -343,15 +365,18 @@ proptest! {
 
     #[test]
     fn smooth_copies(
-        n in neighbours(), index in (1.0f32..2.2, 1.0f32..2.2), inside in any::<bool>(), which in 0usize..5,
+        n in neighbours(), index in (1.0f32..2.2, 1.0f32..2.2), inside in any::<bool>(), which in 0usize..11,
     ) {
-        let scene = scene(vec![
-            metal(0.0), metal(0.0), glass(0.0, index.0), glass(0.0, index.1), plastic(0.0), plastic(0.05)
-        ]);
+        let scene = scene_with_panes(vec![
+            metal(0.0), metal(0.0), glass(0.0, index.0), glass(0.0, index.1), plastic(0.0), plastic(0.05),
+            glass(0.0, index.0), glass(0.0, index.1), half_open(0.3), half_open(0.8)
+        ], &[6, 7]);
         let side = if inside { -1.0 } else { 1.0 };
         let (materials, lobe) = [
             ((0, 1), Lobe::Reflection), ((2, 3), Lobe::Reflection), ((2, 3), Lobe::Transmission),
             ((0, 2), Lobe::Reflection), ((4, 5), Lobe::Reflection),
+            ((6, 7), Lobe::Reflection), ((6, 7), Lobe::Transmission), ((6, 2), Lobe::Transmission),
+            ((2, 7), Lobe::Reflection), ((8, 9), Lobe::Transmission), ((8, 6), Lobe::Transmission),
         ][which];
         let (x, y) = n.vertices(&scene, side, materials);
         let bsdf = x.bsdf(&scene);
@@ -362,6 +387,31 @@ proptest! {
         let single = sampled.into_iter().flatten().find(|s| s.lobe == lobe && s.delta);
         let wi = x.frame().to_world(single.expect("drawn first or last").wi).normalize();
         prop_assume!(check_copy(&scene, &x, &y, wi, lobe, false)?);
+        // What passes a pane, or the holes of a surface, goes straight on.
+        if lobe == Lobe::Transmission && which > 4 && materials.1 != 2 {
+            let s = scattering(&scene, &x, wi, lobe);
+            let there = copy_half_vector(&scene, &x, &s, &y).expect("it went there and back");
+            prop_assert!((there.wi + y.wo).length() < 1e-6 && there.jacobian == 1.0);
+        }
+    }
+
+    /// Through two rough panes, and from a pane to a body: the half vector is that of the mirrored direction.
+    #[test]
+    fn copies_through_rough_panes(
+        n in neighbours(), wi in pair(), index in (1.1f32..2.2, 1.1f32..2.2),
+        roughness in (0.3f32..0.9, 0.3f32..0.9), below in any::<bool>(), to_body in any::<bool>(),
+    ) {
+        let scene = scene_with_panes(vec![
+            glass(roughness.0, index.0), glass(roughness.1, index.1), glass(roughness.1, index.1)
+        ], &[0, 1]);
+        let side = if below { -1.0 } else { 1.0 };
+        let (x, y) = n.vertices(&scene, side, (0, if to_body { 2 } else { 1 }));
+        let is_thin = matches!(x.bsdf(&scene), Bsdf::RoughThin { .. });
+        prop_assert!(is_thin);
+        let wi = upper(x.ng * -side, wi, 0.1);
+        if !check_copy(&scene, &x, &y, wi, Lobe::Transmission, true)? {
+            return Err(TestCaseError::reject("not shiftable"));
+        }
     }
 
     /// A mirror and a nearly smooth metal have no lobe in common, nor has metal one to transmit.

@@ -185,6 +185,8 @@ fn kernels(scene: &Scene) -> Vec<String> {
             Bsdf::Conductor { .. } => "metal",
             Bsdf::Glass { .. } => "smooth glass",
             Bsdf::RoughGlass { .. } => "rough glass",
+            Bsdf::Thin { .. } => "smooth panes",
+            Bsdf::RoughThin { .. } => "rough panes",
             Bsdf::Plastic { .. } => "plastic",
         };
         need(kind.to_owned());
@@ -235,6 +237,9 @@ fn environment(environment: &Environment) -> String {
 /// What a material became.
 fn describe(material: &Material) -> String {
     let colour = |c: Vec3| format!("{},{},{}", c.x, c.y, c.z);
+    let rounded = |c: Vec3| colour((c * 1e4).round() / 1e4);
+    // Through both boundaries of a body.
+    let twice = |tint: Vec3| rounded(tint * tint);
     if let Some(radiance) = material.emission {
         return format!("light of radiance {}", colour(radiance));
     }
@@ -242,9 +247,16 @@ fn describe(material: &Material) -> String {
         Bsdf::Lambert { albedo } => format!("Lambert {}", colour(albedo)),
         Bsdf::Mirror { f0 } => format!("mirror {}", colour(f0)),
         Bsdf::Conductor { f0, alpha } => format!("metal {}, alpha {alpha}", colour(f0)),
-        Bsdf::Glass { ior, tint } => format!("glass {ior}, tint {}", colour(tint)),
+        Bsdf::Glass { ior, tint } => format!("solid glass {ior}, tint {}", twice(tint)),
         Bsdf::RoughGlass { ior, alpha, tint } => {
-            format!("glass {ior}, alpha {alpha}, tint {}", colour(tint))
+            format!("solid glass {ior}, alpha {alpha}, tint {}", twice(tint))
+        }
+        Bsdf::Thin { ior, tint } => format!("thin glass {ior}, tint {}", rounded(tint)),
+        Bsdf::RoughThin { ior, alpha, tint } => {
+            format!("thin glass {ior}, alpha {alpha}, tint {}", rounded(tint))
+        }
+        Bsdf::Plastic { albedo, coat } if coat.opacity < 1.0 && coat.tint == Vec3::ZERO => {
+            format!("Lambert {}, opacity {}", colour(albedo), coat.opacity)
         }
         Bsdf::Plastic { albedo, coat } => {
             let metal = if coat.metallic > 0.0 {
@@ -252,8 +264,13 @@ fn describe(material: &Material) -> String {
             } else {
                 String::new()
             };
+            let opacity = if coat.opacity < 1.0 {
+                format!(", opacity {}", coat.opacity)
+            } else {
+                String::new()
+            };
             format!(
-                "plastic {}, coat {:.3}, alpha {:.4}{metal}",
+                "plastic {}, coat {:.3}, alpha {:.4}{metal}{opacity}",
                 colour(albedo),
                 coat.f0,
                 coat.alpha

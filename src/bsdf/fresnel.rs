@@ -2,6 +2,10 @@
 
 use glam::Vec3;
 
+/// At an index this near to 1 light passes unbent, however rough the surface is; and half vectors, of
+/// length |index − 1|, would be made of rounding errors.
+pub const SAME_INDEX: f32 = 1e-3;
+
 /// Schlick's reflectance of a conductor with reflectance `f0` at normal incidence; `cos` in [0, 1].
 #[inline]
 pub fn schlick(f0: Vec3, cos: f32) -> Vec3 {

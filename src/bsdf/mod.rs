@@ -10,6 +10,7 @@ pub mod ggx;
 pub mod half_vector;
 pub mod lambert;
 pub mod plastic;
+mod thin;
 
 use glam::Vec3;
 use plastic::Coat;
@@ -38,7 +39,7 @@ pub enum Bsdf {
     Glass {
         /// Refractive index, inside over outside.
         ior: f32,
-        /// Factor on transmitted light.
+        /// Factor on transmitted light, at each boundary.
         tint: Vec3,
     },
     /// A GGX dielectric.
@@ -47,10 +48,26 @@ pub enum Bsdf {
         ior: f32,
         /// GGX roughness, > 0.
         alpha: f32,
-        /// Factor on transmitted light.
+        /// Factor on transmitted light, at each boundary.
         tint: Vec3,
     },
-    /// A Lambert surface under a coat, two-sided.
+    /// A perfectly smooth pane: both boundaries of a thin dielectric in one.
+    Thin {
+        /// Refractive index, pane over air.
+        ior: f32,
+        /// What one way through the pane leaves of light.
+        tint: Vec3,
+    },
+    /// The same with GGX microfacets.
+    RoughThin {
+        /// Refractive index, pane over air.
+        ior: f32,
+        /// GGX roughness, > 0.
+        alpha: f32,
+        /// What one way through the pane leaves of light.
+        tint: Vec3,
+    },
+    /// A Lambert surface under a coat, two-sided; it may let light pass straight through.
     Plastic {
         /// Reflectance of the Lambert part, in [0, 1].
         albedo: Vec3,
@@ -136,13 +153,14 @@ impl Bsdf {
             Bsdf::Lambert { albedo } => lambert::eval(albedo, wo.z, wi.z),
             Bsdf::Conductor { f0, alpha } => conductor::eval(f0, alpha, wo, wi),
             Bsdf::RoughGlass { ior, alpha, tint } => dielectric::eval(ior, alpha, tint, wo, wi),
+            Bsdf::RoughThin { ior, alpha, tint } => thin::eval(ior, alpha, tint, wo, wi),
             Bsdf::Plastic { albedo, coat } => plastic::eval(albedo, &coat, wo, wi),
-            Bsdf::Mirror { .. } | Bsdf::Glass { .. } => None,
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. } => None,
         }
     }
 
-    /// The single direction of a smooth material, or of plastic's smooth coat, seen from `wo`: coefficient
-    /// and probability. `None` for a lobe that the material does not have.
+    /// The single direction of a smooth material, of plastic's smooth coat, or straight through plastic, seen from
+    /// `wo`: coefficient and probability. `None` for a lobe that the material does not have.
     #[inline]
     pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
         match *self {
@@ -157,9 +175,11 @@ impl Bsdf {
                 let e = dielectric::eval_smooth(ior, tint, wo, lobe);
                 (e.pdf > 0.0).then_some(e)
             }
-            Bsdf::Plastic { albedo, coat } if lobe == Lobe::Reflection => {
-                plastic::eval_smooth(albedo, &coat, wo)
-            }
+            Bsdf::Thin { ior, tint } => thin::eval_smooth(ior, tint, wo, lobe),
+            Bsdf::Plastic { albedo, coat } => match lobe {
+                Lobe::Reflection => plastic::eval_smooth(albedo, &coat, wo),
+                Lobe::Transmission => plastic::eval_through(albedo, &coat, wo),
+            },
             _ => None,
         }
     }
@@ -176,12 +196,16 @@ impl Bsdf {
             Bsdf::RoughGlass { ior, alpha, tint } => {
                 dielectric::sample(ior, alpha, tint, wo, direction, u[2])?
             }
+            Bsdf::Thin { ior, tint } => thin::sample_smooth(ior, tint, wo, u[2])?,
+            Bsdf::RoughThin { ior, alpha, tint } => {
+                thin::sample(ior, alpha, tint, wo, direction, u[2])?
+            }
             Bsdf::Plastic { albedo, coat } => plastic::sample(albedo, &coat, wo, direction, u[2])?,
         };
         (sampled.pdf > 0.0 && wo.z != 0.0 && sampled.wi.z != 0.0).then_some(sampled)
     }
 
-    /// The refractive index inside over outside; 1 for what does not transmit.
+    /// The refractive index inside over outside; 1 for what has no inside.
     #[inline]
     pub fn ior(&self) -> f32 {
         match *self {
@@ -193,7 +217,13 @@ impl Bsdf {
     /// Whether the material has this lobe.
     #[inline]
     pub fn has(&self, lobe: Lobe) -> bool {
-        lobe == Lobe::Reflection || matches!(self, Bsdf::Glass { .. } | Bsdf::RoughGlass { .. })
+        lobe == Lobe::Reflection
+            || match self {
+                Bsdf::Glass { .. } | Bsdf::RoughGlass { .. } => true,
+                Bsdf::Thin { .. } | Bsdf::RoughThin { .. } => true,
+                Bsdf::Plastic { coat, .. } => coat.opacity < 1.0,
+                _ => false,
+            }
     }
 
     /// The colour that textures may replace: of Lambert parts and metals the reflectance, of glass the
@@ -204,6 +234,7 @@ impl Bsdf {
             Bsdf::Lambert { albedo } | Bsdf::Plastic { albedo, .. } => albedo,
             Bsdf::Mirror { f0 } | Bsdf::Conductor { f0, .. } => f0,
             Bsdf::Glass { tint, .. } | Bsdf::RoughGlass { tint, .. } => tint,
+            Bsdf::Thin { tint, .. } | Bsdf::RoughThin { tint, .. } => tint,
         }
     }
 
@@ -211,6 +242,7 @@ impl Bsdf {
     pub fn texel(&self) -> Texel {
         let alpha = match *self {
             Bsdf::Conductor { alpha, .. } | Bsdf::RoughGlass { alpha, .. } => alpha,
+            Bsdf::RoughThin { alpha, .. } => alpha,
             Bsdf::Plastic { coat, .. } => coat.alpha,
             _ => 0.0,
         };
@@ -239,6 +271,12 @@ impl Bsdf {
                 alpha,
                 tint: colour,
             },
+            Bsdf::Thin { ior, .. } => Bsdf::Thin { ior, tint: colour },
+            Bsdf::RoughThin { ior, .. } => Bsdf::RoughThin {
+                ior,
+                alpha,
+                tint: colour,
+            },
             Bsdf::Plastic { mut coat, .. } => {
                 coat.alpha = alpha;
                 coat.tint *= specular;
@@ -250,6 +288,23 @@ impl Bsdf {
                     coat,
                 }
             }
+        }
+    }
+
+    /// Of glass, the same as a thin pane: what each of its two boundaries leaves of light, the pane leaves at
+    /// once.
+    pub fn thin(&self) -> Option<Self> {
+        match *self {
+            Bsdf::Glass { ior, tint } => Some(Bsdf::Thin {
+                ior,
+                tint: tint * tint,
+            }),
+            Bsdf::RoughGlass { ior, alpha, tint } => Some(Bsdf::RoughThin {
+                ior,
+                alpha,
+                tint: tint * tint,
+            }),
+            _ => None,
         }
     }
 
@@ -269,8 +324,8 @@ impl Bsdf {
     pub fn roughness(&self) -> f32 {
         match *self {
             Bsdf::Lambert { .. } | Bsdf::Plastic { .. } => 1.0,
-            Bsdf::Mirror { .. } | Bsdf::Glass { .. } => 0.0,
-            Bsdf::Conductor { alpha, .. } => alpha,
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. } => 0.0,
+            Bsdf::Conductor { alpha, .. } | Bsdf::RoughThin { alpha, .. } => alpha,
             Bsdf::RoughGlass { ior, alpha, .. } => alpha * ((ior - 1.0).abs() * 4.0).min(1.0),
         }
     }

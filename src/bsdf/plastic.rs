@@ -4,6 +4,9 @@
 //! What the coat does not reflect, seen from either direction, goes to the Lambert part (Kelemen and
 //! Szirmay-Kalos 2001): (1 - E(ω_o)) albedo (1 - E(ω_i)) / (π (1 - E_mean)), where E is the coat's share of
 //! the light from a direction. So no energy is gained, and with a white Lambert part none is lost.
+//!
+//! A surface that is not opaque lets a part of what the coat does not reflect pass straight through, and the
+//! Lambert part has the rest.
 
 use super::fresnel::{reflect, schlick};
 use super::{Eval, Lobe, Sampled, ggx};
@@ -27,6 +30,10 @@ pub struct Coat {
     pub metal_is_albedo: bool,
     /// GGX roughness; 0 for a smooth coat, else at least [`SMOOTHEST`].
     pub alpha: f32,
+    /// Share of what the coat does not reflect that the Lambert part has, in [0, 1].
+    pub opacity: f32,
+    /// Share of it that passes straight through; 0 where `opacity` is 1.
+    pub through: Vec3,
 }
 
 /// Coats smoother than this are perfectly smooth: then their reflection is a single direction, which the
@@ -34,6 +41,18 @@ pub struct Coat {
 pub const SMOOTHEST: f32 = 0.01;
 
 impl Coat {
+    /// No coat: the Lambert part is bare, and as dense as `opacity` says.
+    pub const NONE: Self = Self {
+        f0: 0.0,
+        tint: Vec3::ZERO,
+        metallic: 0.0,
+        metal: Vec3::ZERO,
+        metal_is_albedo: false,
+        alpha: 0.0,
+        opacity: 1.0,
+        through: Vec3::ZERO,
+    };
+
     /// Whether it reflects into a single direction.
     #[inline]
     pub fn is_smooth(&self) -> bool {
@@ -71,27 +90,31 @@ impl Coat {
         self.tint * (self.f0 * a + b)
     }
 
-    /// Probability of sampling the coat seen from a direction with this cosine: about its share of what
-    /// is reflected.
+    /// Probabilities of sampling the coat, and of going straight through, seen from a direction with this
+    /// cosine: about their shares of what the surface leaves of light.
     #[inline]
-    fn probability(&self, albedo: Vec3, cos: f32) -> f32 {
+    fn probabilities(&self, albedo: Vec3, cos: f32) -> (f32, f32) {
         let share = self.share(cos);
         let rest = 1.0 - self.metallic;
         let coat = share * rest + schlick(self.metal, cos) * self.metallic;
         let coat = coat.element_sum();
-        let diffuse = ((Vec3::ONE - share) * albedo * rest).element_sum();
-        if coat + diffuse > 0.0 {
-            coat / (coat + diffuse)
+        let below = |part: Vec3| ((Vec3::ONE - share) * part * rest).element_sum();
+        let (diffuse, through) = (below(albedo * self.opacity), below(self.through));
+        let sum = coat + diffuse + through;
+        if sum > 0.0 {
+            (coat / sum, through / sum)
         } else {
-            0.0
+            (0.0, 0.0)
         }
     }
 
-    /// Reflectance in all for light from everywhere: about the coat's and the Lambert part's.
+    /// What is left in all of light from everywhere: about the coat's and the Lambert part's shares, and what
+    /// passes through.
     pub fn total(&self, albedo: Vec3) -> Vec3 {
         let mean = self.mean_share();
         let rest = 1.0 - self.metallic;
-        (mean + (Vec3::ONE - mean) * albedo) * rest + self.metal * self.metallic
+        let below = albedo * self.opacity + self.through;
+        (mean + (Vec3::ONE - mean) * below) * rest + self.metal * self.metallic
     }
 }
 
@@ -101,7 +124,7 @@ fn diffuse(albedo: Vec3, coat: &Coat, cos_o: f32, cos_i: f32) -> Vec3 {
     let through = (Vec3::ONE - coat.share(cos_o)) * (Vec3::ONE - coat.share(cos_i));
     // Where the coat is white at all angles nothing arrives below it.
     let rest = (Vec3::ONE - coat.mean_share()).max(Vec3::splat(1e-6));
-    albedo * through / rest * ((1.0 - coat.metallic) * cos_i * FRAC_1_PI)
+    albedo * through / rest * ((1.0 - coat.metallic) * coat.opacity * cos_i * FRAC_1_PI)
 }
 
 /// All that is not a single direction: the Lambert part, and the coat where it is rough.
@@ -111,9 +134,9 @@ pub(super) fn eval(albedo: Vec3, coat: &Coat, mut wo: Vec3, mut wi: Vec3) -> Opt
         return None;
     }
     (wo.z, wi.z) = (wo.z.abs(), wi.z.abs());
-    let p = coat.probability(albedo, wo.z);
+    let (p, through) = coat.probabilities(albedo, wo.z);
     let mut value = diffuse(albedo, coat, wo.z, wi.z);
-    let mut pdf = (1.0 - p) * wi.z * FRAC_1_PI;
+    let mut pdf = (1.0 - p - through).max(0.0) * wi.z * FRAC_1_PI;
     if !coat.is_smooth() {
         let h = (wo + wi).normalize();
         let d = ggx::density(h, coat.alpha) / (4.0 * wo.z);
@@ -126,9 +149,20 @@ pub(super) fn eval(albedo: Vec3, coat: &Coat, mut wo: Vec3, mut wi: Vec3) -> Opt
 /// The single direction of a smooth coat; `None` for a rough one.
 #[inline]
 pub(super) fn eval_smooth(albedo: Vec3, coat: &Coat, wo: Vec3) -> Option<Eval> {
-    let pdf = coat.probability(albedo, wo.z.abs());
+    let (pdf, _) = coat.probabilities(albedo, wo.z.abs());
     (coat.is_smooth() && pdf > 0.0).then(|| Eval {
         value: coat.reflectance(wo.z.abs()),
+        pdf,
+    })
+}
+
+/// The single direction straight through; `None` for an opaque surface.
+#[inline]
+pub(super) fn eval_through(albedo: Vec3, coat: &Coat, wo: Vec3) -> Option<Eval> {
+    let cos = wo.z.abs();
+    let (_, pdf) = coat.probabilities(albedo, cos);
+    (pdf > 0.0).then(|| Eval {
+        value: (Vec3::ONE - coat.share(cos)) * coat.through * (1.0 - coat.metallic),
         pdf,
     })
 }
@@ -143,10 +177,14 @@ pub(super) fn sample(
 ) -> Option<Sampled> {
     let side = wo.z.signum();
     let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-    let of_coat = u_lobe < coat.probability(albedo, up.z);
+    let (p, through) = coat.probabilities(albedo, up.z);
+    let of_coat = u_lobe < p;
     if of_coat && coat.is_smooth() {
         let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
         return Some(eval_smooth(albedo, coat, wo)?.sampled_delta(mirrored, Lobe::Reflection));
+    }
+    if !of_coat && u_lobe < p + through {
+        return Some(eval_through(albedo, coat, wo)?.sampled_delta(-wo, Lobe::Transmission));
     }
     let mut wi = if of_coat {
         reflect(up, ggx::sample(up, coat.alpha, u))

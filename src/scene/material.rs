@@ -15,6 +15,17 @@ pub enum Class {
     Specular,
 }
 
+impl Class {
+    /// By the roughness threshold.
+    pub fn of(bsdf: &Bsdf, roughness_threshold: f32) -> Self {
+        if bsdf.roughness() > roughness_threshold {
+            Class::Rough
+        } else {
+            Class::Specular
+        }
+    }
+}
+
 /// A material of the scene.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -39,6 +50,18 @@ pub struct Material {
 pub(super) const SMOOTHEST_ALPHA: f32 = 1e-4;
 
 impl Material {
+    /// The same on an open sheet, where it is both boundaries of a pane in one; `None` for what is opaque or
+    /// emits.
+    pub fn thin(&self, roughness_threshold: f32) -> Option<Self> {
+        let bsdf = self.bsdf.thin().filter(|_| self.emission.is_none())?;
+        Some(Self {
+            bsdf,
+            texel: bsdf.texel(),
+            class: Class::of(&bsdf, roughness_threshold),
+            ..self.clone()
+        })
+    }
+
     /// The texture of the emitted radiance.
     #[inline]
     pub fn emission_map(&self) -> Option<&Texture> {

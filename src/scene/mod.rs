@@ -8,6 +8,9 @@ pub mod light;
 mod light_grid;
 pub mod material;
 pub mod mesh;
+mod passage;
+mod ranges;
+mod sheets;
 pub mod texture;
 pub mod textured;
 
@@ -96,7 +99,7 @@ impl Scene {
     /// Builds the scene; `path` is for messages.
     pub fn build(
         path: &Path,
-        obj: ObjFile,
+        mut obj: ObjFile,
         settings: &SceneSettings,
         warnings: &mut Warnings,
     ) -> Result<Self> {
@@ -108,11 +111,12 @@ impl Scene {
                  at most {MAX_PIXELS} pixels"
             )));
         }
-        let materials = obj
+        let mut materials = obj
             .materials
             .iter()
             .map(|m| Material::from_mtl(m, settings.roughness_threshold, path, warnings))
             .collect::<Result<Vec<_>>>()?;
+        sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
         let opacity = obj.materials.iter().map(Material::opacity).collect();
         let mesh = Mesh::new(obj, opacity);
         if materials.iter().any(|m| m.textures.is_some()) {

@@ -81,11 +81,7 @@ impl Textures {
         if self.roughness.is_none() {
             return plain;
         }
-        if bsdf.with(texel).roughness() > self.roughness_threshold {
-            Class::Rough
-        } else {
-            Class::Specular
-        }
+        Class::of(&bsdf.with(texel), self.roughness_threshold)
     }
 }
 

@@ -7,9 +7,10 @@ FOLDER/jobs.json is a list of {"scene", "depth", "runs", "spp"}, where FOLDER/sc
 reads them. The pictures of a scene's runs go to FOLDER/scene.f32: one after the other, row by row from the top, red,
 green and blue of each pixel as 32-bit floats of this machine.
 
-Mitsuba gets the same triangles, materials, lights, camera, depth and box filter. Materials: Lambert, plain and
-textured, area lights, conductors (Mitsuba has no Schlick: the same as gdpt's for Ks 1), smooth and rough glass. Light
-of constant environments and of maps.
+Mitsuba gets the same triangles, materials, lights, camera, depth and box filter. Materials: Lambert, plain, textured
+and half open, area lights, conductors (Mitsuba has no Schlick: the same as gdpt's for Ks 1), smooth and rough glass.
+What is named `pane` is on open sheets: thin glass (without Tf, which Mitsuba takes otherwise). Light of constant
+environments and of maps.
 """
 import array
 import json
@@ -63,20 +64,25 @@ def rgb(value):
     return {"type": "rgb", "value": value}
 
 
-def bsdf(m, folder):
+def bsdf(name, m, folder):
     alpha = m.get("Pr", [0.0])[0] ** 2
     rough = {"distribution": "ggx", "alpha": alpha} if alpha > 0 else {}
     prefix = "rough" if rough else ""
-    if m.get("Pm", [0])[0] >= 1 or m.get("illum", [0])[0] == 3:
+    if m.get("Pm", [0])[0] >= 1 or m.get("illum", [0])[0] in (3, 5, 8):
         metal = {"type": prefix + "conductor", "material": "none", "specular_reflectance": rgb(m["Ks"])}
         return {"type": "twosided", "inner": metal | rough}
-    if m.get("illum", [0])[0] in (5, 6, 7, 9):
-        return {"type": prefix + "dielectric", "int_ior": m.get("Ni", [1.5])[0], "ext_ior": 1.0,
-                "specular_transmittance": rgb(m.get("Tf", [1.0] * 3))} | rough
+    if m.get("illum", [0])[0] in (6, 7, 9):
+        indices = {"int_ior": m.get("Ni", [1.5])[0], "ext_ior": 1.0}
+        if name == "pane":
+            return {"type": "thindielectric"} | indices
+        # Half of Tf, by its exponent, at each boundary.
+        tint = [t ** 0.5 for t in m.get("Tf", [1.0] * 3)]
+        return {"type": prefix + "dielectric", "specular_transmittance": rgb(tint)} | indices | rough
     reflectance = rgb(m.get("Kd", [0.5] * 3))
     if "map_Kd" in m:  # bilinear and repeated, as here; Mitsuba's OBJ has v upwards too
         reflectance = {"type": "bitmap", "filename": str(folder / m["map_Kd"])}
-    return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}}
+    diffuse = {"type": "twosided", "inner": {"type": "diffuse", "reflectance": reflectance}}
+    return {"type": "mask", "opacity": m["d"][0], "nested": diffuse} if "d" in m else diffuse
 
 
 def envmap(mi, path, rotation=0.0, scale=1.0):
@@ -122,7 +128,7 @@ def describe(mi, obj, folder, size=None, **integrator):
             shape["emitter"] = {"type": "area", "radiance": rgb(m["Ke"])}
             shape["bsdf"] = {"type": "diffuse", "reflectance": rgb([0, 0, 0])}
         else:
-            shape["bsdf"] = bsdf(m, obj.parent)
+            shape["bsdf"] = bsdf(name, m, obj.parent)
         scene[f"shape_{name}"] = shape
     environment = toml.get("environment", {})
     if "map" in environment:
