@@ -189,6 +189,7 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
                 metal: rng.vector(),
                 metal_is_albedo: rng.one_in(3),
                 alpha: rng.of(&[0.0, 0.0, 0.02, 0.3]),
+                ..Coat::NONE
             },
         },
     };
