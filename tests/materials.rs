@@ -550,3 +550,25 @@ fn panes_in_a_furnace() {
         }
     }
 }
+
+/// The Vulkan tutorial's room: `usemtl` names a material that is defined before any face, and before the
+/// faces another, which is not.
+#[test]
+fn a_name_that_is_not_defined_means_the_one_that_nothing_uses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.obj");
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let text = format!("mtllib room.mtl\nusemtl room\no room\nusemtl Texture1\n{faces}");
+    std::fs::write(&path, text).unwrap();
+    std::fs::write(folder.path().join("room.mtl"), "newmtl room\nKd .2 .5 .2\n").unwrap();
+    let mut warnings = Warnings::new(false);
+    let file = gdpt::load::obj::load(&path, &mut warnings).unwrap();
+    let material = &file.materials[file.material_of[0] as usize];
+    assert_eq!(material.kd, Some([0.2, 0.5, 0.2]));
+    let [warning] = warnings.list() else {
+        panic!("{:?}", warnings.list());
+    };
+    for word in ["room.obj:4: ", "'Texture1'", "'room'"] {
+        assert!(warning.contains(word), "{warning}");
+    }
+}

@@ -215,7 +215,8 @@ fn cad() {
                 [3_500_008.0, 5_600_010.0, 111.5],
             ],
             warnings: &[
-                "cad.obj:40: material 'Well' is not defined; grey is used instead",
+                "cad.obj:40: material 'Well' is not defined; grey is used instead (defined: 'Wall', \
+                 'Dach_gr\u{fffd}n', 'Ground')",
                 NO_LIGHT,
             ],
         },

@@ -3,6 +3,7 @@
 use super::bitmap::{self, Bitmap};
 use super::find::{beside, find, in_any_case};
 use super::mtl::{self, MtlMaterial};
+use super::names::meant;
 use crate::error::{Result, Warnings};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,35 +21,18 @@ pub fn load(
     warnings: &mut Warnings,
 ) -> Result<(Vec<MtlMaterial>, Vec<usize>)> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
-    let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
     for library in files(path, libraries, !used.is_empty(), warnings)? {
         // The first definition of a name holds.
         for material in mtl::load(&library, warnings)? {
-            if !by_name.contains_key(&material.name) {
-                by_name.insert(material.name.clone(), materials.len());
+            if !materials.iter().any(|m| m.name == material.name) {
                 materials.push(material);
             }
         }
     }
-    let mut meant = Vec::new();
+    let meant = meant(path, &mut materials, used, warnings)?;
     let mut textures = Textures::default();
-    for (name, line) in used {
-        let index = match by_name.get(name) {
-            Some(&index) => index,
-            None => {
-                warnings.push(format!(
-                    "{}:{line}: material '{name}' is not defined; grey is used instead",
-                    path.display()
-                ))?;
-                materials.push(MtlMaterial {
-                    name: name.clone(),
-                    ..Default::default()
-                });
-                materials.len() - 1
-            }
-        };
+    for &index in &meant {
         textures.load(&mut materials[index], warnings)?;
-        meant.push(index);
     }
     Ok((materials, meant))
 }

@@ -9,6 +9,7 @@ mod library;
 mod line;
 pub mod map;
 pub mod mtl;
+mod names;
 pub mod obj;
 mod regroup;
 mod scan;

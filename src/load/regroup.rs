@@ -63,12 +63,14 @@ impl Group {
 pub struct Regroup<R> {
     /// `mtllib` arguments with their lines, in order.
     pub libraries: Vec<(String, usize)>,
-    /// `usemtl` arguments with the line of the first use, in order of first use.
+    /// `usemtl` arguments that faces follow, with the line of the first use, in order of first use.
     pub materials: Vec<(String, usize)>,
     /// Whether there are faces with normals.
     pub normals: bool,
     inner: R,
     numbers: HashMap<String, u32>,
+    /// A `usemtl` argument with its line that no face has followed yet.
+    named: Option<(String, usize)>,
     /// The group of the faces, and how many it has.
     group: Group,
     faces: usize,
@@ -90,6 +92,7 @@ impl<R: BufRead> Regroup<R> {
             normals: false,
             inner,
             numbers: HashMap::new(),
+            named: None,
             group: Group::default(),
             // The first face begins a group.
             faces: GROUP,
@@ -114,7 +117,9 @@ impl<R: BufRead> Regroup<R> {
             let same = match first {
                 b'v' => true,
                 b'f' => {
-                    self.faces < GROUP && Group::of_face(line, self.group.material) == self.group
+                    self.named.is_none()
+                        && self.faces < GROUP
+                        && Group::of_face(line, self.group.material) == self.group
                 }
                 _ => false,
             };
@@ -142,6 +147,17 @@ impl<R: BufRead> Regroup<R> {
         };
         match word {
             "f" => {
+                if let Some((name, line)) = self.named.take() {
+                    let next = self.materials.len() as u32;
+                    let index = *self.numbers.entry(name.clone()).or_insert(next);
+                    if index == next {
+                        self.materials.push((name, line));
+                    }
+                    if self.group.material != Some(index) {
+                        self.group.material = Some(index);
+                        self.faces = GROUP;
+                    }
+                }
                 let group = Group::of_face(text.as_bytes(), self.group.material);
                 self.normals |= group.normals;
                 let text = if self.faces == GROUP || group != self.group {
@@ -159,19 +175,7 @@ impl<R: BufRead> Regroup<R> {
                 self.line = vec![b'\n'];
             }
             "usemtl" if !argument.is_empty() => {
-                let next = self.materials.len() as u32;
-                let index = match self.numbers.get(argument) {
-                    Some(&index) => index,
-                    None => {
-                        self.numbers.insert(argument.to_owned(), next);
-                        self.materials.push((argument.to_owned(), number));
-                        next
-                    }
-                };
-                if self.group.material != Some(index) {
-                    self.group.material = Some(index);
-                    self.faces = GROUP;
-                }
+                self.named = Some((argument.to_owned(), number));
                 self.line = vec![b'\n'];
             }
             // The file's own groups say nothing of materials.
@@ -228,16 +232,13 @@ mod tests {
                 "f 1/1 2/2 3/3",
                 "g 0/0/1",
                 "f 1//1 2//2 3//3",
-                "g 0/0/1",
                 "f 1//1 2//2 3//3",
                 "f 1//1 2//2 3//3",
             ];
             assert_eq!(lines, wanted);
             assert_eq!(reader.libraries, [("a b.mtl".to_owned(), 1)]);
-            assert_eq!(
-                reader.materials,
-                [("red".to_owned(), 5), ("blue".to_owned(), 11)]
-            );
+            // No face is blue.
+            assert_eq!(reader.materials, [("red".to_owned(), 5)]);
             assert!(reader.normals);
         }
         let group = Group {
