@@ -29,16 +29,16 @@ const SHIPPED: [[u64; 2]; SCENES.len()] = [
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x5bd7_afe3_8c1f_4feb,
-    0x7dae_cf98_73f6_57f3,
-    0xf44e_6558_1d85_75a3,
-    0x9286_82d6_7d43_75db,
-    0x3b39_7856_4078_25b7,
-    0x6feb_c6bc_aa4c_bcc1,
-    0xe1c8_728a_9815_70b6,
-    0x7cf5_cc7a_3807_0a13,
-    0xd559_b508_86e7_32f6,
-    0xbc65_0d74_33c0_2135,
+    0x7cb6_f12f_f2cf_df03,
+    0x64e4_fde3_29bc_5996,
+    0x397b_773b_a770_9918,
+    0x5da1_c5fe_26e9_26f6,
+    0xf6d5_bdc9_6b50_bb63,
+    0xe466_9e0a_a4eb_eb14,
+    0x9661_3d6c_5592_b37b,
+    0x40c9_79bf_7e50_5461,
+    0x55e7_9e33_bba8_c06f,
+    0x38cf_51c6_c7b8_2230,
 ];
 const GROUP: u64 = 30;
 

@@ -170,12 +170,19 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
     let colour = rng.vector();
     let alpha = rng.of(&[0.001, 0.015, 0.1, 0.5]);
     let ior = rng.of(&[1.5, 1.33, 0.8, 2.4]);
-    material.bsdf = match rng.below(7) {
+    let opacity = rng.of(&[1.0, 1.0, 0.6]);
+    material.bsdf = match rng.below(9) {
         0 => Bsdf::Lambert { albedo: colour },
         1 => Bsdf::Mirror { f0: colour },
         2 => Bsdf::Conductor { f0: colour, alpha },
         3 => Bsdf::Glass { ior, tint: colour },
         4 => Bsdf::RoughGlass {
+            ior,
+            alpha,
+            tint: colour,
+        },
+        5 => Bsdf::Thin { ior, tint: colour },
+        6 => Bsdf::RoughThin {
             ior,
             alpha,
             tint: colour,
@@ -189,7 +196,8 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
                 metal: rng.vector(),
                 metal_is_albedo: rng.one_in(3),
                 alpha: rng.of(&[0.0, 0.0, 0.02, 0.3]),
-                ..Coat::NONE
+                opacity,
+                through: colour * (1.0 - opacity),
             },
         },
     };
