@@ -6,6 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use gdpt::bsdf::Lobe;
 use gdpt::film::{Film, Halves};
 use gdpt::filter::Filter;
+use gdpt::geometry;
 use gdpt::gradient::Weights;
 use gdpt::path::{PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
@@ -97,7 +98,7 @@ fn parts(c: &mut Criterion) {
                 else {
                     continue;
                 };
-                let seen = shift::solid_angle_per_area(x.position, light.position, light.ng);
+                let seen = geometry::solid_angle_per_area(x.position, light.position, light.ng);
                 black_box(seen.and_then(|(wi, _)| x.eval(&scene, wi)));
             }
         });

@@ -1,9 +1,7 @@
 //! The gradient estimate: what one base path and its offset path add to a difference of two pixels
 //! (Kettunen et al. 2015, sections 5.1 and 5.3; method.md section 2).
 
-use crate::lanes::{Vec3x8, positive};
-use glam::Vec3;
-use wide::f32x8;
+use crate::lanes::{Float, Vector, positive};
 
 /// How the two shifts that estimate one difference, i → j and j → i, are weighted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
@@ -45,106 +43,63 @@ impl Neighbour {
 
 /// A complete base path x, sampled by technique t.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Base {
+pub struct Base<F = f32> {
     /// F = f(x)/p_t(x).
-    pub value: Vec3,
+    pub value: Vector<F>,
     /// Σ_s p_s(x)/p_t(x) over the techniques s, ≥ 1.
-    pub densities: f32,
+    pub densities: F,
 }
 
 /// Its offset path y = T(x). Both 0 where the shift is dead.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shift {
+pub struct Shift<F = f32> {
     /// Y = f(y)|T'|/p_t(x).
-    pub value: Vec3,
+    pub value: Vector<F>,
     /// Σ_s p_s(y)|T'|/p_t(x) over the techniques s.
-    pub densities: f32,
+    pub densities: F,
 }
 
-impl Shift {
+impl<F: Float> Shift<F> {
     /// A dead shift.
     pub const DEAD: Self = Self {
-        value: Vec3::ZERO,
-        densities: 0.0,
+        value: Vector::ZERO,
+        densities: F::ZERO,
     };
 }
 
-impl Base {
+impl<F: Float> Base<F> {
     /// What the path adds to the primal: F weighted by the balance heuristic over the techniques.
-    #[inline]
-    pub fn primal(&self) -> Vec3 {
+    #[inline(always)]
+    pub fn primal(&self) -> Vector<F> {
         self.value / self.densities
     }
 
     /// What the path adds to the difference from its own pixel to the neighbour, w·(Y − F).
-    #[inline]
-    pub fn difference(&self, shift: &Shift, weights: Weights) -> Vec3 {
+    #[inline(always)]
+    pub fn difference(&self, shift: &Shift<F>, weights: Weights) -> Vector<F> {
         (shift.value - self.value) * self.weight(shift, weights)
     }
 
     /// The weight w. Over all techniques and both directions the weights of one path pair add to 1.
-    #[inline]
-    pub fn weight(&self, shift: &Shift, weights: Weights) -> f32 {
+    #[inline(always)]
+    pub fn weight(&self, shift: &Shift<F>, weights: Weights) -> F {
         match weights {
-            Weights::Mis => 1.0 / (self.densities + shift.densities),
-            Weights::Symmetric if shift.densities > 0.0 => 0.5 / self.densities,
-            Weights::Symmetric => 1.0 / self.densities,
-        }
-    }
-}
-
-/// [`Base`] in lanes.
-#[derive(Clone, Copy, Debug)]
-pub struct BaseX8 {
-    /// F = f(x)/p_t(x).
-    pub value: Vec3x8,
-    /// Σ_s p_s(x)/p_t(x) over the techniques s, ≥ 1.
-    pub densities: f32x8,
-}
-
-/// [`Shift`] in lanes.
-#[derive(Clone, Copy, Debug)]
-pub struct ShiftX8 {
-    /// Y = f(y)|T'|/p_t(x).
-    pub value: Vec3x8,
-    /// Σ_s p_s(y)|T'|/p_t(x) over the techniques s.
-    pub densities: f32x8,
-}
-
-impl ShiftX8 {
-    /// Dead shifts.
-    pub const DEAD: Self = Self {
-        value: Vec3x8::ZERO,
-        densities: f32x8::ZERO,
-    };
-}
-
-impl BaseX8 {
-    /// [`Base::primal`] in lanes.
-    #[inline(always)]
-    pub fn primal(&self) -> Vec3x8 {
-        self.value / self.densities
-    }
-
-    /// [`Base::difference`] in lanes.
-    #[inline(always)]
-    pub fn difference(&self, shift: &ShiftX8, weights: Weights) -> Vec3x8 {
-        let weight = match weights {
-            Weights::Mis => f32x8::ONE / (self.densities + shift.densities),
+            Weights::Mis => F::ONE / (self.densities + shift.densities),
             Weights::Symmetric => {
-                let numerator = positive(shift.densities).select(f32x8::splat(0.5), f32x8::ONE);
-                numerator / self.densities
+                let holds = positive(shift.densities);
+                F::select(holds, F::splat(0.5), F::ONE) / self.densities
             }
-        };
-        (shift.value - self.value) * weight
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
+    use wide::f32x8;
 
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Default::default() })]
@@ -168,8 +123,8 @@ mod tests {
                         if own == 0.0 {
                             continue;
                         }
-                        let base = Base { value: Vec3::ONE, densities: (x.0 + x.1) / own };
-                        let shift = Shift { value: Vec3::ONE, densities: (y.0 + y.1) * j / own };
+                        let base = Base { value: Vector::ONE, densities: (x.0 + x.1) / own };
+                        let shift = Shift { value: Vector::ONE, densities: (y.0 + y.1) * j / own };
                         sum += base.weight(&shift, weights);
                     }
                 }
@@ -188,31 +143,34 @@ mod tests {
             (f, y) in (0.0f32..1e6, 0.0f32..1e6),
             (own, shifted) in (1.0f32..1e4, 1e-6f32..1e6),
         ) {
-            let base = Base { value: Vec3::splat(f), densities: own };
-            let shift = Shift { value: Vec3::splat(y), densities: shifted };
+            let base = Base::<f32> { value: Vector::grey(f), densities: own };
+            let shift = Shift { value: Vector::grey(y), densities: shifted };
             let difference = base.difference(&shift, Weights::Mis).x;
             let (least, most) = (-f / own, y / shifted);
             prop_assert!(difference >= least * 1.0001 && difference <= most * 1.0001);
 
             for weights in [Weights::Mis, Weights::Symmetric] {
-                let lanes = BaseX8 { value: Vec3x8::splat(base.value), densities: f32x8::splat(own) };
-                let there = ShiftX8 { value: Vec3x8::splat(shift.value), densities: f32x8::splat(shifted) };
-                prop_assert_eq!(lanes.primal().lane(3), base.primal());
-                prop_assert_eq!(lanes.difference(&there, weights).lane(4), base.difference(&shift, weights));
-                let dead = lanes.difference(&ShiftX8::DEAD, weights).lane(7);
-                prop_assert_eq!(dead, base.difference(&Shift::DEAD, weights));
+                let lanes = Base::<f32x8> { value: Vector::splat(base.value.into()), densities: f32x8::splat(own) };
+                let there = Shift { value: Vector::splat(shift.value.into()), densities: f32x8::splat(shifted) };
+                prop_assert_eq!(lanes.primal().lane(3), base.primal().into());
+                prop_assert_eq!(lanes.difference(&there, weights).lane(4), base.difference(&shift, weights).into());
+                let dead = lanes.difference(&Shift::DEAD, weights).lane(7);
+                prop_assert_eq!(dead, base.difference(&Shift::DEAD, weights).into());
             }
         }
     }
 
     #[test]
     fn a_dead_shift_leaves_all_the_weight_to_its_base() {
-        let base = Base {
-            value: Vec3::splat(3.0),
+        let base = Base::<f32> {
+            value: Vector::grey(3.0),
             densities: 1.5,
         };
         for weights in [Weights::Mis, Weights::Symmetric] {
-            assert_eq!(base.difference(&Shift::DEAD, weights), Vec3::splat(-2.0));
+            assert_eq!(
+                Vec3::from(base.difference(&Shift::DEAD, weights)),
+                Vec3::splat(-2.0)
+            );
         }
     }
 }

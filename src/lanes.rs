@@ -1,77 +1,358 @@
-//! Vectors of eight points at once, for loops that do the same to all: the eight rays of a block, or
-//! eight paths.
+//! Numbers and vectors in lanes: what is written once over [`Float`] runs for one path, or for the eight of a
+//! block at once.
 //!
 //! Each operation rounds as glam's does for one vector, so what is computed in lanes has the bits of what
 //! is computed one by one.
 
 use glam::Vec3;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{bytemuck, f32x8, u32x8};
 
 /// Numbers in a vector; rays in a block.
 pub const LANES: usize = 8;
 
-/// Eight vectors. A mask is an `f32x8` whose lanes have all bits set or none.
-#[derive(Clone, Copy, Debug)]
-pub struct Vec3x8 {
-    /// Their first components.
-    pub x: f32x8,
-    /// Their second components.
-    pub y: f32x8,
-    /// Their third components.
-    pub z: f32x8,
-}
-
-impl Vec3x8 {
-    /// 1 in all lanes.
-    pub const ONE: Self = Self {
-        x: f32x8::ONE,
-        y: f32x8::ONE,
-        z: f32x8::ONE,
-    };
-
+/// A number in each lane: `f32` has one lane, `f32x8` has eight.
+pub trait Float:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Whether something holds, in each lane.
+    type Mask: Mask;
     /// 0 in all lanes.
-    pub const ZERO: Self = Self {
-        x: f32x8::ZERO,
-        y: f32x8::ZERO,
-        z: f32x8::ZERO,
-    };
+    const ZERO: Self;
+    /// 1 in all lanes.
+    const ONE: Self;
 
-    /// The same vector in all lanes.
+    /// The same number in all lanes.
+    fn splat(number: f32) -> Self;
+    /// The number that `number` gives for each lane.
+    fn from_lanes(number: impl Fn(usize) -> f32) -> Self;
+    /// The components of what `vector` gives for each lane.
+    fn from_vectors(vector: impl Fn(usize) -> Vec3) -> [Self; 3];
+    /// The number in one lane.
+    fn lane(&self, lane: usize) -> f32;
+    /// Puts a number into one lane.
+    fn set_lane(&mut self, lane: usize, number: f32);
+    /// Numbers of `a` where `mask` holds, of `b` elsewhere.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// Square roots.
+    fn root(self) -> Self;
+    /// Numbers without their signs.
+    fn magnitude(self) -> Self;
+    /// With the signs of `other`.
+    fn signed_as(self, other: Self) -> Self;
+    /// The larger of two numbers that are not NaN.
+    fn larger(self, other: Self) -> Self;
+    /// The smaller of two numbers that are not NaN.
+    fn smaller(self, other: Self) -> Self;
+    /// Where this is above `other`; NaN is not.
+    fn above(self, other: Self) -> Self::Mask;
+    /// Where this is below `other`; NaN is not.
+    fn below(self, other: Self) -> Self::Mask;
+    /// Where both are equal; NaN is not.
+    fn equals(self, other: Self) -> Self::Mask;
+    /// Where it is neither infinite nor NaN.
+    fn finite(self) -> Self::Mask;
+
+    /// The number where `mask` holds, 0 elsewhere.
     #[inline(always)]
-    pub fn splat(v: Vec3) -> Self {
-        Self::from(v.to_array().map(|c| [c; LANES]))
+    fn only(self, mask: Self::Mask) -> Self {
+        Self::select(mask, self, Self::ZERO)
     }
 
-    /// What `vector` gives for each lane.
+    /// From 0 to 1.
     #[inline(always)]
-    pub fn from_lanes(vector: impl Fn(usize) -> Vec3) -> Self {
+    fn clamped(self) -> Self {
+        self.larger(Self::ZERO).smaller(Self::ONE)
+    }
+}
+
+/// Whether something holds, in each lane.
+pub trait Mask:
+    Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// In the lanes whose bits are set.
+    fn of_bits(bits: u32) -> Self;
+    /// A bit for each lane.
+    fn bits(self) -> u32;
+
+    /// Whether it holds in all lanes.
+    fn all(self) -> bool;
+
+    /// In all lanes.
+    #[inline(always)]
+    fn every() -> Self {
+        !Self::none()
+    }
+
+    /// In no lane.
+    #[inline(always)]
+    fn none() -> Self {
+        Self::of_bits(0)
+    }
+
+    /// Whether it holds in any lane.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+}
+
+impl Float for f32 {
+    type Mask = bool;
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    #[inline(always)]
+    fn splat(number: f32) -> Self {
+        number
+    }
+    #[inline(always)]
+    fn from_lanes(number: impl Fn(usize) -> f32) -> Self {
+        number(0)
+    }
+    #[inline(always)]
+    fn from_vectors(vector: impl Fn(usize) -> Vec3) -> [Self; 3] {
+        vector(0).to_array()
+    }
+    #[inline(always)]
+    fn lane(&self, _: usize) -> f32 {
+        *self
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, _: usize, number: f32) {
+        *self = number;
+    }
+    #[inline(always)]
+    fn select(mask: bool, a: Self, b: Self) -> Self {
+        if mask { a } else { b }
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        self.copysign(other)
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> bool {
+        self == other
+    }
+    #[inline(always)]
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        bits & 1 == 1
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+}
+
+impl Float for f32x8 {
+    /// Lanes have all bits set or none.
+    type Mask = f32x8;
+    const ZERO: Self = f32x8::ZERO;
+    const ONE: Self = f32x8::ONE;
+
+    #[inline(always)]
+    fn splat(number: f32) -> Self {
+        f32x8::splat(number)
+    }
+    #[inline(always)]
+    fn from_lanes(number: impl Fn(usize) -> f32) -> Self {
+        let mut numbers = [0.0; LANES];
+        for (lane, n) in numbers.iter_mut().enumerate() {
+            *n = number(lane);
+        }
+        numbers.into()
+    }
+    #[inline(always)]
+    fn from_vectors(vector: impl Fn(usize) -> Vec3) -> [Self; 3] {
         let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
         let components = x.iter_mut().zip(&mut y).zip(&mut z);
         for (lane, ((x, y), z)) in components.enumerate() {
             [*x, *y, *z] = vector(lane).to_array();
         }
-        Self::from([x, y, z])
+        [x.into(), y.into(), z.into()]
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> f32 {
+        self.as_array()[lane]
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, number: f32) {
+        self.as_mut_array()[lane] = number;
+    }
+    #[inline(always)]
+    fn select(mask: f32x8, a: Self, b: Self) -> Self {
+        mask.select(a, b)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn magnitude(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn signed_as(self, other: Self) -> Self {
+        self.copysign(other)
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> f32x8 {
+        self.simd_gt(other)
+    }
+    #[inline(always)]
+    fn below(self, other: Self) -> f32x8 {
+        self.simd_lt(other)
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> f32x8 {
+        self.simd_eq(other)
+    }
+    #[inline(always)]
+    fn finite(self) -> f32x8 {
+        self.is_finite()
+    }
+}
+
+impl Mask for f32x8 {
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        mask_of(bits)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.to_bitmask()
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.to_bitmask() == 255
+    }
+}
+
+/// A vector in each lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vector<F> {
+    /// Their first components.
+    pub x: F,
+    /// Their second components.
+    pub y: F,
+    /// Their third components.
+    pub z: F,
+}
+
+/// Eight vectors.
+pub type Vec3x8 = Vector<f32x8>;
+
+impl<F: Float> Vector<F> {
+    /// 1 in all lanes.
+    pub const ONE: Self = Self {
+        x: F::ONE,
+        y: F::ONE,
+        z: F::ONE,
+    };
+
+    /// 0 in all lanes.
+    pub const ZERO: Self = Self {
+        x: F::ZERO,
+        y: F::ZERO,
+        z: F::ZERO,
+    };
+
+    /// With these components.
+    #[inline(always)]
+    pub fn new(x: F, y: F, z: F) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same number in all three components.
+    #[inline(always)]
+    pub fn grey(c: F) -> Self {
+        Self { x: c, y: c, z: c }
+    }
+
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Self {
+        Self {
+            x: F::splat(v.x),
+            y: F::splat(v.y),
+            z: F::splat(v.z),
+        }
+    }
+
+    /// What `vector` gives for each lane.
+    #[inline(always)]
+    pub fn from_lanes(vector: impl Fn(usize) -> Vec3) -> Self {
+        let [x, y, z] = F::from_vectors(vector);
+        Self { x, y, z }
     }
 
     /// The vector in one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Vec3 {
-        let Self { x, y, z } = self;
-        Vec3::new(x.as_array()[lane], y.as_array()[lane], z.as_array()[lane])
+        Vec3::new(self.x.lane(lane), self.y.lane(lane), self.z.lane(lane))
     }
 
     /// Puts a vector into one lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, v: Vec3) {
-        set_lane(&mut self.x, lane, v.x);
-        set_lane(&mut self.y, lane, v.y);
-        set_lane(&mut self.z, lane, v.z);
+        self.x.set_lane(lane, v.x);
+        self.y.set_lane(lane, v.y);
+        self.z.set_lane(lane, v.z);
     }
 
     /// Dot products.
     #[inline(always)]
-    pub fn dot(self, other: Self) -> f32x8 {
+    pub fn dot(self, other: Self) -> F {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
@@ -87,17 +368,32 @@ impl Vec3x8 {
 
     /// One over the lengths.
     #[inline(always)]
-    pub fn length_recip(self) -> f32x8 {
-        f32x8::ONE / self.dot(self).sqrt()
+    pub fn length_recip(self) -> F {
+        F::ONE / self.dot(self).root()
     }
 
-    /// Lanes of `a` where `mask` is set, of `b` elsewhere.
+    /// Of unit length; not for 0.
     #[inline(always)]
-    pub fn select(mask: f32x8, a: Self, b: Self) -> Self {
+    pub fn normalize(self) -> Self {
+        self * self.length_recip()
+    }
+
+    /// Local directions mirrored to the upper side, where they are not there.
+    #[inline(always)]
+    pub fn upwards(self) -> Self {
         Self {
-            x: mask.select(a.x, b.x),
-            y: mask.select(a.y, b.y),
-            z: mask.select(a.z, b.z),
+            z: self.z.magnitude(),
+            ..self
+        }
+    }
+
+    /// Lanes of `a` where `mask` holds, of `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, a: Self, b: Self) -> Self {
+        Self {
+            x: F::select(mask, a.x, b.x),
+            y: F::select(mask, a.y, b.y),
+            z: F::select(mask, a.z, b.z),
         }
     }
 
@@ -105,67 +401,72 @@ impl Vec3x8 {
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self {
-            x: self.x.abs(),
-            y: self.y.abs(),
-            z: self.z.abs(),
+            x: self.x.magnitude(),
+            y: self.y.magnitude(),
+            z: self.z.magnitude(),
         }
+    }
+
+    /// The sum of the components of each.
+    #[inline(always)]
+    pub fn element_sum(self) -> F {
+        self.x + self.y + self.z
     }
 
     /// The largest component of each; none may be NaN.
     #[inline(always)]
-    pub fn max_element(self) -> f32x8 {
-        self.x.fast_max(self.y).fast_max(self.z)
+    pub fn max_element(self) -> F {
+        self.x.larger(self.y).larger(self.z)
     }
 
     /// The larger components of two; none may be NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         Self {
-            x: self.x.fast_max(other.x),
-            y: self.y.fast_max(other.y),
-            z: self.z.fast_max(other.z),
+            x: self.x.larger(other.x),
+            y: self.y.larger(other.y),
+            z: self.z.larger(other.z),
         }
     }
 
     /// Where any component is not 0.
     #[inline(always)]
-    pub fn is_not_zero(self) -> f32x8 {
-        !(self.x.simd_eq(f32x8::ZERO) & self.y.simd_eq(f32x8::ZERO) & self.z.simd_eq(f32x8::ZERO))
+    pub fn is_not_zero(self) -> F::Mask {
+        let is_zero = |c: F| c.equals(F::ZERO);
+        !(is_zero(self.x) & is_zero(self.y) & is_zero(self.z))
     }
 
     /// Where all components are finite.
     #[inline(always)]
-    pub fn is_finite(self) -> f32x8 {
-        self.x.is_finite() & self.y.is_finite() & self.z.is_finite()
+    pub fn is_finite(self) -> F::Mask {
+        self.x.finite() & self.y.finite() & self.z.finite()
     }
 }
 
-/// The number that `number` gives for each lane.
-#[inline(always)]
-pub fn from_lanes(number: impl Fn(usize) -> f32) -> f32x8 {
-    let mut numbers = [0.0; LANES];
-    for (lane, n) in numbers.iter_mut().enumerate() {
-        *n = number(lane);
+impl From<Vec3> for Vector<f32> {
+    #[inline(always)]
+    fn from(v: Vec3) -> Self {
+        Self::splat(v)
     }
-    numbers.into()
 }
 
-/// Puts a number into one lane.
-#[inline(always)]
-pub fn set_lane(numbers: &mut f32x8, lane: usize, number: f32) {
-    numbers.as_mut_array()[lane] = number;
+impl From<Vector<f32>> for Vec3 {
+    #[inline(always)]
+    fn from(v: Vector<f32>) -> Self {
+        Vec3::new(v.x, v.y, v.z)
+    }
 }
 
 /// Where a number is above 0; NaN is not.
 #[inline(always)]
-pub fn positive(a: f32x8) -> f32x8 {
-    a.simd_gt(f32x8::ZERO)
+pub fn positive<F: Float>(a: F) -> F::Mask {
+    a.above(F::ZERO)
 }
 
 /// Where a number is below 0; NaN is not.
 #[inline(always)]
-pub fn negative(a: f32x8) -> f32x8 {
-    a.simd_lt(f32x8::ZERO)
+pub fn negative<F: Float>(a: F) -> F::Mask {
+    a.below(F::ZERO)
 }
 
 /// The lanes of a mask, in their order.
@@ -211,7 +512,7 @@ impl From<[[f32; LANES]; 3]> for Vec3x8 {
     }
 }
 
-impl Add for Vec3x8 {
+impl<F: Float> Add for Vector<F> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -223,7 +524,7 @@ impl Add for Vec3x8 {
     }
 }
 
-impl Sub for Vec3x8 {
+impl<F: Float> Sub for Vector<F> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -235,7 +536,7 @@ impl Sub for Vec3x8 {
     }
 }
 
-impl Mul for Vec3x8 {
+impl<F: Float> Mul for Vector<F> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -247,10 +548,10 @@ impl Mul for Vec3x8 {
     }
 }
 
-impl Mul<f32x8> for Vec3x8 {
+impl<F: Float> Mul<F> for Vector<F> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f32x8) -> Self {
+    fn mul(self, factor: F) -> Self {
         Self {
             x: self.x * factor,
             y: self.y * factor,
@@ -259,10 +560,10 @@ impl Mul<f32x8> for Vec3x8 {
     }
 }
 
-impl Div<f32x8> for Vec3x8 {
+impl<F: Float> Div<F> for Vector<F> {
     type Output = Self;
     #[inline(always)]
-    fn div(self, divisor: f32x8) -> Self {
+    fn div(self, divisor: F) -> Self {
         Self {
             x: self.x / divisor,
             y: self.y / divisor,
@@ -271,7 +572,7 @@ impl Div<f32x8> for Vec3x8 {
     }
 }
 
-impl Neg for Vec3x8 {
+impl<F: Float> Neg for Vector<F> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -319,6 +620,6 @@ mod tests {
             let zero = vectors.is_not_zero().as_array()[lane].to_bits() == 0;
             assert_eq!(zero, want == Vec3::ZERO);
         }
-        assert_eq!(from_lanes(|lane| lane as f32).as_array()[5], 5.0);
+        assert_eq!(f32x8::from_lanes(|lane| lane as f32).as_array()[5], 5.0);
     }
 }

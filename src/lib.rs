@@ -9,19 +9,20 @@
 //! | [`error`] | Errors and warnings in one line that says where and what to do. | |
 //! | [`memory`] | How much memory the machine has. | |
 //! | [`load`] | OBJ, MTL, TOML and EXR to data, as written. | error, memory |
-//! | [`lanes`] | Vectors of eight points at once. | |
+//! | [`lanes`] | Numbers and vectors in lanes, one or eight. | |
 //! | [`warp`] | Maps from the unit square to disks, hemispheres and triangles. | lanes |
-//! | [`frame`] | Shading frames, and ray origins that leave a surface. | lanes |
+//! | [`frame`] | Shading frames. | lanes |
+//! | [`geometry`] | Solid angles, and ray origins that leave a surface. | lanes |
 //! | [`sampler`] | Owen-scrambled Sobol numbers by position in the path. | lanes |
 //! | [`filter`] | Pixel filters: positions drawn by importance. | |
 //! | [`bsdf`] | How materials scatter, in local coordinates. | lanes, warp |
-//! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, lanes, warp, frame, bsdf |
+//! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, lanes, warp, geometry, bsdf |
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
-//! | [`vertex`] | What a ray met, ready for scattering and shifting. | frame, bsdf, scene, trace |
-//! | [`shift`] | How an offset path follows its base path. | lanes, bsdf, scene, vertex |
+//! | [`vertex`] | What a ray met, ready for scattering and shifting. | lanes, frame, geometry, bsdf, scene, trace |
+//! | [`shift`] | How an offset path follows its base path. | lanes, geometry, bsdf, scene, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, frame, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, frame, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
@@ -119,6 +120,7 @@ pub mod estimate;
 pub mod film;
 pub mod filter;
 pub mod frame;
+pub mod geometry;
 pub mod gradient;
 pub mod image;
 pub mod lanes;

@@ -4,13 +4,13 @@
 //! Every decision is symmetric: seen from the offset path, with base and offset exchanged, it comes out
 //! the same, so that T_ji(T_ij(x)) = x.
 
-use crate::bsdf::{Eval, half_vector};
-use crate::lanes::{Vec3x8, positive};
+use crate::bsdf::{Eval, Lobe, half_vector};
+use crate::geometry::solid_angle_per_area;
+use crate::lanes::Vector;
 use crate::scene::Scene;
 use crate::scene::material::Class;
 use crate::vertex::{End, LightPoint, Scattering, Vertex};
 use glam::Vec3;
-use wide::f32x8;
 
 /// The state of an offset path, up to the base path's current vertex x_k.
 #[derive(Clone, Copy, Debug)]
@@ -152,28 +152,6 @@ pub struct Shifted {
     pub jacobian: f32,
 }
 
-/// The geometry term that turns area at a surface with normal `ng` into solid angle at `from`, and the
-/// unit direction to it. `None` for a point in its own plane.
-#[inline]
-pub fn solid_angle_per_area(from: Vec3, to: Vec3, ng: Vec3) -> Option<(Vec3, f32)> {
-    let d = to - from;
-    // One division for both.
-    let per_distance = d.length_recip();
-    let direction = d * per_distance;
-    let g = ng.dot(direction).abs() * (per_distance * per_distance);
-    (g > 0.0 && g.is_finite()).then_some((direction, g))
-}
-
-/// [`solid_angle_per_area`] in lanes: directions, geometry terms, and where they hold.
-#[inline(always)]
-pub fn solid_angle_per_area_x8(from: Vec3x8, to: Vec3x8, ng: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
-    let d = to - from;
-    let per_distance = d.length_recip();
-    let direction = d * per_distance;
-    let g = ng.dot(direction).abs() * (per_distance * per_distance);
-    (direction, g, positive(g) & g.is_finite())
-}
-
 /// The point x_{k+1} at which offset paths may join the base path, as it is seen from x_k.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
@@ -244,8 +222,10 @@ pub fn copy_half_vector(
 ) -> Result<Shifted, Death> {
     let (base_bsdf, offset_bsdf) = (base.bsdf(scene), offset.bsdf(scene));
     let lobe = scattering.lobe;
+    let transmits = lobe == Lobe::Transmission;
     let (x_frame, y_frame) = (base.frame(), offset.frame());
-    let (x_wo, y_wo) = (x_frame.to_local(base.wo), y_frame.to_local(offset.wo));
+    let x_wo = x_frame.to_local(base.wo.into());
+    let y_wo = y_frame.to_local(offset.wo.into());
     // Inside stays inside, and a single direction stays one.
     if x_wo.z * y_wo.z <= 0.0 {
         return Err(Death::Side);
@@ -253,22 +233,28 @@ pub fn copy_half_vector(
     if !offset_bsdf.has(lobe) {
         return Err(Death::Lobe);
     }
+    let carried = |ior: f32, h: Vector<f32>| {
+        let (wi, holds) = half_vector::to_direction::<f32>(transmits, ior, y_wo, h);
+        if holds { Ok(wi) } else { Err(Death::Lobe) }
+    };
     let (local_wi, eval, jacobian) = if scattering.delta {
-        let h = Vec3::new(0.0, 0.0, y_wo.z.signum());
-        let wi = half_vector::to_direction(lobe, offset_bsdf.ior(), y_wo, h).ok_or(Death::Lobe)?;
-        let eval = offset_bsdf.eval_delta(y_wo, lobe).ok_or(Death::Lobe)?;
-        (wi, eval, 1.0)
+        let wi = carried(offset_bsdf.ior(), Vector::new(0.0, 0.0, y_wo.z.signum()))?;
+        let eval = offset_bsdf.eval_delta(y_wo.into(), lobe);
+        (wi, eval.ok_or(Death::Lobe)?, 1.0)
     } else {
         let (x_ior, y_ior) = (base_bsdf.ior(), offset_bsdf.ior());
-        let h =
-            half_vector::from_directions(x_ior, x_wo, scattering.local_wi).ok_or(Death::Lobe)?;
-        let wi = half_vector::to_direction(lobe, y_ior, y_wo, h).ok_or(Death::Lobe)?;
-        let eval = offset_bsdf.eval(y_wo, wi).ok_or(Death::Lobe)?;
-        let jacobian = half_vector::jacobian(lobe, y_ior, y_wo, wi, h)
-            / half_vector::jacobian(lobe, x_ior, x_wo, scattering.local_wi, h);
-        (wi, eval, jacobian)
+        let x_wi = scattering.local_wi.into();
+        let (h, holds) = half_vector::from_directions::<f32>(x_ior, x_wo, x_wi);
+        if !holds {
+            return Err(Death::Lobe);
+        }
+        let wi = carried(y_ior, h)?;
+        let eval = offset_bsdf.eval(y_wo.into(), wi.into());
+        let jacobian = half_vector::jacobian::<f32>(transmits, y_ior, y_wo, wi, h)
+            / half_vector::jacobian::<f32>(transmits, x_ior, x_wo, x_wi, h);
+        (wi, eval.ok_or(Death::Lobe)?, jacobian)
     };
-    let wi = y_frame.to_world(local_wi).normalize();
+    let wi = Vec3::from(y_frame.to_world(local_wi)).normalize();
     if !offset.agrees(wi, local_wi.z) || !offset.agrees(offset.wo, y_wo.z) {
         return Err(Death::Side);
     }

@@ -1,7 +1,9 @@
 //! Path vertices: what a ray met, with all that scattering and shifting need there.
 
 use crate::bsdf::{Bsdf, Eval, Lobe, Sampled, Texel, lambert};
-use crate::frame::{Frame, offset_origin};
+use crate::frame::Frame;
+use crate::geometry::offset_origin;
+use crate::lanes::Vector;
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::SHALLOWEST;
@@ -176,7 +178,7 @@ impl Vertex {
     /// The shading frame as seen from `wo`.
     #[inline]
     pub fn frame(&self) -> Frame {
-        Frame::new(self.normal())
+        Frame::new(self.normal().into())
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for a unit direction `wi` in the world.
@@ -197,7 +199,9 @@ impl Vertex {
         }
         match self.material(scene).bsdf {
             // Needs no tangents.
-            Bsdf::Lambert { .. } => lambert::eval(self.texel.colour, cos_o, cos_i),
+            Bsdf::Lambert { .. } => {
+                lambert::eval::<f32>(self.texel.colour.into(), cos_o, cos_i).held()
+            }
             _ => self.eval_other(scene, normal, wo, wi),
         }
     }
@@ -213,12 +217,23 @@ impl Vertex {
     #[inline(always)]
     pub fn sample(&self, scene: &Scene, u: [f32; 3]) -> Option<Scattering> {
         let frame = self.frame();
-        let wo = frame.to_local(self.wo);
+        let wo = frame.to_local(self.wo.into());
         let sampled = match self.material(scene).bsdf {
-            Bsdf::Lambert { .. } => lambert::sample(self.texel.colour, wo, [u[0], u[1]])?,
-            _ => self.sample_other(scene, wo, u)?,
+            Bsdf::Lambert { .. } => {
+                let colour = self.texel.colour.into();
+                let (wi, eval) = lambert::sample::<f32>(colour, wo.z, [u[0], u[1]]);
+                let eval = eval.held()?;
+                Sampled {
+                    wi: wi.into(),
+                    value: eval.value,
+                    pdf: eval.pdf,
+                    lobe: Lobe::Reflection,
+                    delta: false,
+                }
+            }
+            _ => self.sample_other(scene, wo.into(), u)?,
         };
-        let wi = frame.to_world(sampled.wi).normalize();
+        let wi = Vec3::from(frame.to_world(sampled.wi.into())).normalize();
         self.agrees(wi, sampled.wi.z).then_some(Scattering {
             wi,
             local_wi: sampled.wi,
@@ -240,16 +255,16 @@ impl Vertex {
     /// As [`Bsdf::eval`]. Not inlined, as above.
     #[inline(never)]
     fn eval_other(&self, scene: &Scene, normal: Vec3, wo: Vec3, wi: Vec3) -> Option<Eval> {
-        let frame = Frame::new(normal);
-        self.bsdf(scene)
-            .eval(frame.to_local(wo), frame.to_local(wi))
+        let frame = Frame::<f32>::new(normal.into());
+        let (wo, wi) = (frame.to_local(wo.into()), frame.to_local(wi.into()));
+        self.bsdf(scene).eval(wo.into(), wi.into())
     }
 
     /// A ray from here in the unit direction `direction`, without end.
     #[inline]
     pub fn ray(&self, direction: Vec3) -> Ray {
         Ray {
-            origin: offset_origin(self.position, self.ng, self.offset, direction),
+            origin: self.leave(direction),
             direction,
             length: f32::INFINITY,
         }
@@ -259,13 +274,20 @@ impl Vertex {
     #[inline]
     pub fn ray_to(&self, position: Vec3, ng: Vec3, offset: f32) -> Ray {
         let towards = position - self.position;
-        let origin = offset_origin(self.position, self.ng, self.offset, towards);
-        let end = offset_origin(position, ng, offset, -towards);
+        let origin = self.leave(towards);
+        let end = offset_origin::<f32>(position.into(), ng.into(), offset, (-towards).into());
         Ray {
             origin,
-            direction: end - origin,
+            direction: Vec3::from(end) - origin,
             length: 1.0,
         }
+    }
+
+    /// Where rays start that go in the direction `towards`.
+    #[inline]
+    fn leave(&self, towards: Vec3) -> Vec3 {
+        let [position, ng, towards] = [self.position, self.ng, towards].map(Vector::<f32>::from);
+        offset_origin(position, ng, self.offset, towards).into()
     }
 }
 

@@ -6,7 +6,7 @@ use common::{Rng, chi_square};
 use gdpt::bsdf::plastic::Coat;
 use gdpt::bsdf::{Bsdf, Lobe, fresnel, ggx};
 use gdpt::warp;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// For each χ² test; there are about 80, so together they fail by chance once in 1200 changes of seeds.
@@ -409,7 +409,7 @@ fn visible_normals_follow_their_density() {
                 if h.z <= 0.0 {
                     0.0
                 } else {
-                    f64::from(ggx::visible_density(wo, h, alpha))
+                    f64::from(ggx::visible_density::<f32>(wo.into(), h.into(), alpha))
                 }
             });
             let total: f64 = density.iter().sum();
@@ -417,7 +417,8 @@ fn visible_normals_follow_their_density() {
             let mut observed = vec![0.0; ROWS * COLUMNS];
             let mut rng = Rng(1);
             for _ in 0..N {
-                observed[bin(ggx::sample(wo, alpha, [rng.next(), rng.next()]))] += 1.0;
+                let h = ggx::sample::<f32>(wo.into(), alpha, [rng.next(), rng.next()]);
+                observed[bin(h.into())] += 1.0;
             }
             let expected: Vec<f64> = density.iter().map(|d| d * N as f64).collect();
             chi_square(
@@ -438,14 +439,15 @@ fn warps_follow_their_densities() {
     let density = integrate(|w| f64::from(w.z.max(0.0) / PI));
     let mut observed = vec![0.0; ROWS * COLUMNS];
     for _ in 0..N {
-        observed[bin(warp::cosine_hemisphere([rng.next(), rng.next()]))] += 1.0;
+        let w = warp::cosine_hemisphere::<f32>([rng.next(), rng.next()]);
+        observed[bin(w.into())] += 1.0;
     }
     let expected: Vec<f64> = density.iter().map(|d| d * N as f64).collect();
     chi_square("cosine hemisphere", &observed, &expected, SIGNIFICANCE);
     // Disk, in 10 rings and 16 sectors of equal area.
     let mut observed = vec![0.0; 160];
     for _ in 0..N {
-        let p = warp::disk([rng.next(), rng.next()]);
+        let p = Vec2::from(warp::disk([rng.next(), rng.next()]));
         let ring = (p.length_squared() * 10.0).min(9.99) as usize;
         let sector = (p.y.atan2(p.x).rem_euclid(TAU) / TAU * 16.0).min(15.99) as usize;
         observed[ring * 16 + sector] += 1.0;

@@ -1,40 +1,50 @@
 //! Metals: a perfect mirror, and a GGX conductor. Schlick's reflectance, on both sides.
 
 use super::fresnel::{reflect, schlick};
-use super::{Eval, Lobe, Sampled, ggx};
-use glam::Vec3;
+use super::{Evals, Samples, ggx};
+use crate::lanes::{Float, Mask, Vector, positive};
 
-#[inline]
-pub(super) fn sample_mirror(f0: Vec3, wo: Vec3) -> Sampled {
-    Sampled {
-        wi: Vec3::new(-wo.x, -wo.y, wo.z),
-        value: schlick(f0, wo.z.abs()),
-        pdf: 1.0,
-        lobe: Lobe::Reflection,
-        delta: true,
+/// The single direction of a mirror.
+#[inline(always)]
+pub(super) fn eval_mirror<F: Float>(f0: Vector<F>, wo: Vector<F>) -> Evals<F> {
+    Evals {
+        value: schlick(f0, wo.z.magnitude()),
+        pdf: F::ONE,
+        holds: F::Mask::every(),
     }
 }
 
-#[inline]
-pub(super) fn eval(f0: Vec3, alpha: f32, mut wo: Vec3, mut wi: Vec3) -> Option<Eval> {
-    if wo.z * wi.z <= 0.0 {
-        return None;
+#[inline(always)]
+pub(super) fn sample_mirror<F: Float>(f0: Vector<F>, wo: Vector<F>) -> Samples<F> {
+    Samples {
+        wi: Vector::new(-wo.x, -wo.y, wo.z),
+        eval: eval_mirror(f0, wo),
+        transmits: F::Mask::none(),
+        delta: F::Mask::every(),
     }
-    (wo.z, wi.z) = (wo.z.abs(), wi.z.abs());
-    let h = (wo + wi).normalize();
-    let d = ggx::density(h, alpha) / (4.0 * wo.z);
-    let value = schlick(f0, wo.dot(h)) * (d * ggx::masking_shadowing(wo, wi, alpha));
-    Some(Eval {
-        value,
-        pdf: d * ggx::masking(wo, alpha),
-    })
 }
 
-#[inline]
-pub(super) fn sample(f0: Vec3, alpha: f32, wo: Vec3, u: [f32; 2]) -> Option<Sampled> {
-    let side = wo.z.signum();
-    let up = Vec3::new(wo.x, wo.y, wo.z.abs());
+#[inline(always)]
+pub(super) fn eval<F: Float>(f0: Vector<F>, alpha: F, wo: Vector<F>, wi: Vector<F>) -> Evals<F> {
+    let (up_o, up_i) = (wo.upwards(), wi.upwards());
+    let h = (up_o + up_i).normalize();
+    let d = ggx::density(h, alpha) / (F::splat(4.0) * up_o.z);
+    Evals {
+        value: schlick(f0, up_o.dot(h)) * (d * ggx::masking_shadowing(up_o, up_i, alpha)),
+        pdf: d * ggx::masking(up_o, alpha),
+        holds: positive(wo.z * wi.z),
+    }
+}
+
+#[inline(always)]
+pub(super) fn sample<F: Float>(f0: Vector<F>, alpha: F, wo: Vector<F>, u: [F; 2]) -> Samples<F> {
+    let up = wo.upwards();
     let mut wi = reflect(up, ggx::sample(up, alpha, u));
-    wi.z *= side;
-    Some(eval(f0, alpha, wo, wi)?.sampled(wi, Lobe::Reflection))
+    wi.z = wi.z * F::ONE.signed_as(wo.z);
+    Samples {
+        wi,
+        eval: eval(f0, alpha, wo, wi),
+        transmits: F::Mask::none(),
+        delta: F::Mask::none(),
+    }
 }

@@ -3,94 +3,86 @@
 //! side is scaled by the square of the relative index. `tint` multiplies what is transmitted.
 
 use super::fresnel::{dielectric, reflect, refract, relative_index};
-use super::{Eval, Lobe, Sampled, ggx, half_vector};
-use glam::Vec3;
+use super::{Evals, Samples, ggx, half_vector};
+use crate::lanes::{Float, Mask, Vector, positive};
 
-#[inline]
-pub(super) fn eval_smooth(ior: f32, tint: Vec3, wo: Vec3, lobe: Lobe) -> Eval {
-    let eta = relative_index(ior, wo);
-    let f = dielectric(wo.z.abs(), eta);
-    match lobe {
-        Lobe::Reflection => Eval {
-            value: Vec3::splat(f),
-            pdf: f,
-        },
-        Lobe::Transmission => Eval {
-            value: tint * ((1.0 - f) / (eta * eta)),
-            pdf: 1.0 - f,
-        },
+/// What glass is made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Glass<F> {
+    pub(super) ior: F,
+    pub(super) tint: Vector<F>,
+}
+
+impl<F: Float> Glass<F> {
+    /// The single directions of smooth glass.
+    #[inline(always)]
+    pub(super) fn eval_smooth(&self, wo: Vector<F>, transmits: F::Mask) -> Evals<F> {
+        let eta = relative_index(self.ior, wo);
+        let f = dielectric(wo.z.magnitude(), eta);
+        let through = self.tint * ((F::ONE - f) / (eta * eta));
+        let pdf = F::select(transmits, F::ONE - f, f);
+        Evals {
+            value: Vector::select(transmits, through, Vector::grey(f)),
+            pdf,
+            holds: positive(pdf),
+        }
     }
-}
 
-#[inline]
-pub(super) fn sample_smooth(ior: f32, tint: Vec3, wo: Vec3, u: f32) -> Option<Sampled> {
-    let lobe = if u < dielectric(wo.z.abs(), relative_index(ior, wo)) {
-        Lobe::Reflection
-    } else {
-        Lobe::Transmission
-    };
-    let wi = match lobe {
-        Lobe::Reflection => Vec3::new(-wo.x, -wo.y, wo.z),
-        Lobe::Transmission => refract_smooth(ior, wo)?,
-    };
-    Some(eval_smooth(ior, tint, wo, lobe).sampled_delta(wi, lobe))
-}
-
-#[inline]
-pub(super) fn refract_smooth(ior: f32, wo: Vec3) -> Option<Vec3> {
-    refract(wo, Vec3::Z.copysign(wo), relative_index(ior, wo))
-}
-
-#[inline]
-pub(super) fn eval(ior: f32, alpha: f32, tint: Vec3, wo: Vec3, wi: Vec3) -> Option<Eval> {
-    if wo.z == 0.0 || wi.z == 0.0 {
-        return None;
+    #[inline(always)]
+    pub(super) fn sample_smooth(&self, wo: Vector<F>, u: F) -> Samples<F> {
+        let eta = relative_index(self.ior, wo);
+        let transmits = !u.below(dielectric(wo.z.magnitude(), eta));
+        let normal = Vector::new(F::ZERO, F::ZERO, F::ONE.signed_as(wo.z));
+        let (refracted, bends) = refract(wo, normal, eta);
+        let mirrored = Vector::new(-wo.x, -wo.y, wo.z);
+        let mut eval = self.eval_smooth(wo, transmits);
+        eval.holds = eval.holds & (bends | !transmits);
+        Samples {
+            wi: Vector::select(transmits, refracted, mirrored),
+            eval,
+            transmits,
+            delta: F::Mask::every(),
+        }
     }
-    let h = half_vector::from_directions(ior, wo, wi)?;
-    let eta = relative_index(ior, wo);
-    let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
-    let f = dielectric(cos_o, eta);
-    let up = |w: Vec3| Vec3::new(w.x, w.y, w.z.abs());
-    let h_up = h * h.z.signum();
-    let d = ggx::density(h_up, alpha) * cos_o / wo.z.abs();
-    let g = ggx::masking_shadowing(up(wo), up(wi), alpha);
-    let g1 = ggx::masking(up(wo), alpha);
-    if wo.z * wi.z > 0.0 {
-        let d = f * d / (4.0 * cos_o);
-        Some(Eval {
-            value: Vec3::splat(d * g),
-            pdf: d * g1,
-        })
-    } else {
+
+    #[inline(always)]
+    pub(super) fn eval(&self, alpha: F, wo: Vector<F>, wi: Vector<F>) -> Evals<F> {
+        let (h, carries) = half_vector::from_directions(self.ior, wo, wi);
+        let eta = relative_index(self.ior, wo);
+        let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
+        let f = dielectric(cos_o, eta);
+        let up = h * F::ONE.signed_as(h.z);
+        let d = ggx::density(up, alpha) * cos_o / wo.z.magnitude();
+        let g = ggx::masking_shadowing(wo.upwards(), wi.upwards(), alpha);
+        let g1 = ggx::masking(wo.upwards(), alpha);
+        // Reflected, and transmitted.
+        let r = f * d / (F::splat(4.0) * cos_o);
         let denominator = cos_o + eta * cos_i;
-        let d = (1.0 - f) * d * cos_i.abs() / (denominator * denominator);
-        (d > 0.0).then_some(Eval {
-            value: tint * (d * g),
-            pdf: d * eta * eta * g1,
-        })
+        let t = (F::ONE - f) * d * cos_i.magnitude() / (denominator * denominator);
+        let reflects = positive(wo.z * wi.z);
+        let there = !(wo.z.equals(F::ZERO) | wi.z.equals(F::ZERO));
+        Evals {
+            value: Vector::select(reflects, Vector::grey(r * g), self.tint * (t * g)),
+            pdf: F::select(reflects, r * g1, t * eta * eta * g1),
+            holds: carries & there & (reflects | positive(t)),
+        }
     }
-}
 
-#[inline]
-pub(super) fn sample(
-    ior: f32,
-    alpha: f32,
-    tint: Vec3,
-    wo: Vec3,
-    u: [f32; 2],
-    u_lobe: f32,
-) -> Option<Sampled> {
-    let side = wo.z.signum();
-    let mut h = ggx::sample(Vec3::new(wo.x, wo.y, wo.z.abs()), alpha, u);
-    h.z *= side;
-    let eta = relative_index(ior, wo);
-    let (wi, lobe) = if u_lobe < dielectric(wo.dot(h), eta) {
-        (reflect(wo, h), Lobe::Reflection)
-    } else {
-        (refract(wo, h, eta)?, Lobe::Transmission)
-    };
-    if (wo.z * wi.z > 0.0) != (lobe == Lobe::Reflection) {
-        return None;
+    #[inline(always)]
+    pub(super) fn sample(&self, alpha: F, wo: Vector<F>, u: [F; 2], u_lobe: F) -> Samples<F> {
+        let mut h = ggx::sample(wo.upwards(), alpha, u);
+        h.z = h.z * F::ONE.signed_as(wo.z);
+        let eta = relative_index(self.ior, wo);
+        let transmits = !u_lobe.below(dielectric(wo.dot(h), eta));
+        let (refracted, bends) = refract(wo, h, eta);
+        let wi = Vector::select(transmits, refracted, reflect(wo, h));
+        let mut eval = self.eval(alpha, wo, wi);
+        eval.holds = eval.holds & (bends | !transmits) & half_vector::on_side(transmits, wo, wi);
+        Samples {
+            wi,
+            eval,
+            transmits,
+            delta: F::Mask::none(),
+        }
     }
-    Some(eval(ior, alpha, tint, wo, wi)?.sampled(wi, lobe))
 }

@@ -1,59 +1,58 @@
 //! The isotropic GGX distribution of microfacets, sampled by visible normals (Heitz 2018).
 //! All directions are local, on the upper side (`z` > 0).
 
+use crate::lanes::{Float, Vector};
 use crate::warp;
-use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Density of microfacet normals `h` per solid angle, projected area not included.
-#[inline]
-pub fn density(h: Vec3, alpha: f32) -> f32 {
+#[inline(always)]
+pub fn density<F: Float>(h: Vector<F>, alpha: F) -> F {
     // 1 - z² from x and y: exact near the pole, where a small alpha has all its weight.
     let a2 = alpha * alpha;
     let t = h.z * h.z * a2 + (h.x * h.x + h.y * h.y);
-    a2 / (PI * t * t)
+    a2 / (F::splat(PI) * t * t)
 }
 
 /// Smith's Λ of the direction `w`.
-#[inline]
-fn lambda(w: Vec3, alpha: f32) -> f32 {
+#[inline(always)]
+fn lambda<F: Float>(w: Vector<F>, alpha: F) -> F {
     let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-    0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
+    F::splat(0.5) * ((F::ONE + alpha * alpha * tan2).root() - F::ONE)
 }
 
 /// Share of the microfacets facing `w` that are not masked.
-#[inline]
-pub fn masking(w: Vec3, alpha: f32) -> f32 {
-    1.0 / (1.0 + lambda(w, alpha))
+#[inline(always)]
+pub fn masking<F: Float>(w: Vector<F>, alpha: F) -> F {
+    F::ONE / (F::ONE + lambda(w, alpha))
 }
 
 /// Share of the microfacets seen by both directions, correlated in height. For refraction pass the
 /// mirror image of the direction below.
-#[inline]
-pub fn masking_shadowing(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
-    1.0 / (1.0 + lambda(wo, alpha) + lambda(wi, alpha))
+#[inline(always)]
+pub fn masking_shadowing<F: Float>(wo: Vector<F>, wi: Vector<F>, alpha: F) -> F {
+    F::ONE / (F::ONE + lambda(wo, alpha) + lambda(wi, alpha))
 }
 
 /// Density of the normals `h` visible from `wo` per solid angle of `h`; what [`sample`] draws from.
-#[inline]
-pub fn visible_density(wo: Vec3, h: Vec3, alpha: f32) -> f32 {
-    masking(wo, alpha) * density(h, alpha) * wo.dot(h).max(0.0) / wo.z
+#[inline(always)]
+pub fn visible_density<F: Float>(wo: Vector<F>, h: Vector<F>, alpha: F) -> F {
+    masking(wo, alpha) * density(h, alpha) * wo.dot(h).larger(F::ZERO) / wo.z
 }
 
 /// A normal visible from `wo`, unit, `z` > 0.
-#[inline]
-pub fn sample(wo: Vec3, alpha: f32, u: [f32; 2]) -> Vec3 {
-    let stretched = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
+#[inline(always)]
+pub fn sample<F: Float>(wo: Vector<F>, alpha: F, u: [F; 2]) -> Vector<F> {
+    let stretched = Vector::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
     let len2 = stretched.x * stretched.x + stretched.y * stretched.y;
-    let t1 = if len2 > 1e-12 {
-        Vec3::new(-stretched.y, stretched.x, 0.0) / len2.sqrt()
-    } else {
-        Vec3::X
-    };
+    let x_axis = Vector::new(F::ONE, F::ZERO, F::ZERO);
+    let tangent = Vector::new(-stretched.y, stretched.x, F::ZERO) / len2.root();
+    let t1 = Vector::select(len2.above(F::splat(1e-12)), tangent, x_axis);
     let t2 = stretched.cross(t1);
-    let p = warp::disk(u);
-    let s = 0.5 * (1.0 + stretched.z);
-    let p = Vec2::new(p.x, (1.0 - s) * (1.0 - p.x * p.x).max(0.0).sqrt() + s * p.y);
-    let n = p.x * t1 + p.y * t2 + (1.0 - p.length_squared()).max(0.0).sqrt() * stretched;
-    Vec3::new(alpha * n.x, alpha * n.y, n.z.max(1e-6)).normalize()
+    let [x, y] = warp::disk(u);
+    let s = F::splat(0.5) * (F::ONE + stretched.z);
+    let y = (F::ONE - s) * (F::ONE - x * x).larger(F::ZERO).root() + s * y;
+    let z2 = F::ONE - (x * x + y * y);
+    let n = t1 * x + t2 * y + stretched * z2.larger(F::ZERO).root();
+    Vector::new(alpha * n.x, alpha * n.y, n.z.larger(F::splat(1e-6))).normalize()
 }

@@ -4,56 +4,77 @@
 //! An index of 1 is that of thin panes, which refract nothing: there the half vector is that of the direction
 //! mirrored to `wo`'s side.
 
-use super::Lobe;
 use super::fresnel::{reflect, refract, relative_index};
 use super::thin::mirrored;
-use glam::Vec3;
+use crate::lanes::{Float, Mask, Vector, negative, positive};
 
-/// The unit half vector of the pair, on `wo`'s side of the surface: the normal of the microfacet that
-/// carries `wo` to `wi`. `None` for a pair that no facet seen from its front carries.
+/// The unit half vectors of pairs, on `wo`'s side of the surface: the normal of the microfacet that
+/// carries `wo` to `wi`; and where there is a facet that does so seen from its front.
 /// `ior` is inside over outside and matters for transmission alone.
-#[inline]
-pub fn from_directions(ior: f32, wo: Vec3, wi: Vec3) -> Option<Vec3> {
-    let wi = if wo.z * wi.z < 0.0 && ior == 1.0 {
-        mirrored(wi)
-    } else {
-        wi
-    };
-    let h = if wo.z * wi.z > 0.0 {
-        wo + wi
-    } else {
-        wo + wi * relative_index(ior, wo)
-    };
-    let h = h.try_normalize()?;
-    let h = if h.z * wo.z < 0.0 { -h } else { h };
-    (wo.dot(h) > 0.0 && wi.dot(h) * wi.z * h.z > 0.0).then_some(h)
+#[inline(always)]
+pub fn from_directions<F: Float>(ior: F, wo: Vector<F>, wi: Vector<F>) -> (Vector<F>, F::Mask) {
+    let is_pane = ior.equals(F::ONE);
+    let wi = Vector::select(negative(wo.z * wi.z) & is_pane, mirrored(wi), wi);
+    let reflects = positive(wo.z * wi.z);
+    let index = F::select(reflects, F::ONE, relative_index(ior, wo));
+    let h = wo + wi * index;
+    let per_length = h.length_recip();
+    let h = h * per_length;
+    let h = Vector::select(negative(h.z * wo.z), -h, h);
+    let holds = per_length.finite()
+        & positive(per_length)
+        & positive(wo.dot(h))
+        & positive(wi.dot(h) * wi.z * h.z);
+    (h, holds)
 }
 
-/// The direction to which a facet with normal `h` on `wo`'s side carries `wo` by `lobe`; `None` at
-/// total internal reflection, or where the result lies on the wrong side of the surface.
-#[inline]
-pub fn to_direction(lobe: Lobe, ior: f32, wo: Vec3, h: Vec3) -> Option<Vec3> {
-    if wo.dot(h) <= 0.0 {
-        return None;
+/// The directions to which facets with normals `h` on `wo`'s side carry `wo`, to the other side where
+/// `transmits`; and where they do: not at total internal reflection, nor where the result lies on the wrong side
+/// of the surface.
+#[inline(always)]
+pub fn to_direction<F: Float>(
+    transmits: F::Mask,
+    ior: F,
+    wo: Vector<F>,
+    h: Vector<F>,
+) -> (Vector<F>, F::Mask) {
+    let mut wi = reflect(wo, h);
+    let mut holds = positive(wo.dot(h));
+    if transmits.any() {
+        let is_pane = ior.equals(F::ONE);
+        let (refracted, bends) = refract(wo, h, relative_index(ior, wo));
+        let passing = Vector::select(is_pane, mirrored(wi), refracted);
+        wi = Vector::select(transmits, passing, wi);
+        holds = holds & (bends | is_pane | !transmits);
     }
-    let wi = match lobe {
-        Lobe::Reflection => reflect(wo, h),
-        Lobe::Transmission if ior == 1.0 => mirrored(reflect(wo, h)),
-        Lobe::Transmission => refract(wo, h, relative_index(ior, wo))?,
-    };
-    ((wo.z * wi.z > 0.0) == (lobe == Lobe::Reflection) && wi.z != 0.0).then_some(wi)
+    (wi, holds & on_side(transmits, wo, wi))
+}
+
+/// Where `wi` is on the side that it must be on.
+#[inline(always)]
+pub(super) fn on_side<F: Float>(transmits: F::Mask, wo: Vector<F>, wi: Vector<F>) -> F::Mask {
+    let sides = wo.z * wi.z;
+    ((transmits & !positive(sides)) | (!transmits & positive(sides))) & !wi.z.equals(F::ZERO)
 }
 
 /// |dω_i/dω_h|: how much the solid angle around `wi` grows with that around `h`, `wo` held fixed.
-#[inline]
-pub fn jacobian(lobe: Lobe, ior: f32, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
-    match lobe {
-        Lobe::Reflection => 4.0 * wi.dot(h).abs(),
-        Lobe::Transmission if ior == 1.0 => 4.0 * mirrored(wi).dot(h).abs(),
-        Lobe::Transmission => {
-            let eta = relative_index(ior, wo);
-            let sum = wo.dot(h) + eta * wi.dot(h);
-            sum * sum / (eta * eta * wi.dot(h).abs())
-        }
+#[inline(always)]
+pub fn jacobian<F: Float>(
+    transmits: F::Mask,
+    ior: F,
+    wo: Vector<F>,
+    wi: Vector<F>,
+    h: Vector<F>,
+) -> F {
+    let cos_i = wi.dot(h);
+    let reflected = F::splat(4.0) * cos_i.magnitude();
+    if !transmits.any() {
+        return reflected;
     }
+    let eta = relative_index(ior, wo);
+    let sum = wo.dot(h) + eta * cos_i;
+    let refracted = sum * sum / (eta * eta * cos_i.magnitude());
+    let mirrored = F::splat(4.0) * mirrored(wi).dot(h).magnitude();
+    let passing = F::select(ior.equals(F::ONE), mirrored, refracted);
+    F::select(transmits, passing, reflected)
 }

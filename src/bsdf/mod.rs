@@ -5,12 +5,16 @@
 
 mod conductor;
 mod dielectric;
+mod evals;
 pub mod fresnel;
 pub mod ggx;
 pub mod half_vector;
 pub mod lambert;
+pub mod packed;
 pub mod plastic;
 mod thin;
+
+pub use evals::{Evals, Samples};
 
 use glam::Vec3;
 use plastic::Coat;
@@ -106,29 +110,6 @@ pub struct Eval {
     pub pdf: f32,
 }
 
-impl Eval {
-    /// The sampled direction that this was evaluated for, not a single one.
-    #[inline]
-    fn sampled(self, wi: Vec3, lobe: Lobe) -> Sampled {
-        Sampled {
-            wi,
-            value: self.value,
-            pdf: self.pdf,
-            lobe,
-            delta: false,
-        }
-    }
-
-    /// As above, for a single direction.
-    #[inline]
-    fn sampled_delta(self, wi: Vec3, lobe: Lobe) -> Sampled {
-        Sampled {
-            delta: true,
-            ..self.sampled(wi, lobe)
-        }
-    }
-}
-
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampled {
@@ -145,66 +126,6 @@ pub struct Sampled {
 }
 
 impl Bsdf {
-    /// Value and density for `wo` → `wi`, single directions left out. `None` where sampling cannot produce
-    /// `wi` at all (wrong side, no such lobe): a path through such a pair is outside the sampled path space.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
-        match *self {
-            Bsdf::Lambert { albedo } => lambert::eval(albedo, wo.z, wi.z),
-            Bsdf::Conductor { f0, alpha } => conductor::eval(f0, alpha, wo, wi),
-            Bsdf::RoughGlass { ior, alpha, tint } => dielectric::eval(ior, alpha, tint, wo, wi),
-            Bsdf::RoughThin { ior, alpha, tint } => thin::eval(ior, alpha, tint, wo, wi),
-            Bsdf::Plastic { albedo, coat } => plastic::eval(albedo, &coat, wo, wi),
-            Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. } => None,
-        }
-    }
-
-    /// The single direction of a smooth material, of plastic's smooth coat, or straight through plastic, seen from
-    /// `wo`: coefficient and probability. `None` for a lobe that the material does not have.
-    #[inline]
-    pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
-        match *self {
-            Bsdf::Mirror { f0 } if lobe == Lobe::Reflection => {
-                let s = conductor::sample_mirror(f0, wo);
-                Some(Eval {
-                    value: s.value,
-                    pdf: s.pdf,
-                })
-            }
-            Bsdf::Glass { ior, tint } => {
-                let e = dielectric::eval_smooth(ior, tint, wo, lobe);
-                (e.pdf > 0.0).then_some(e)
-            }
-            Bsdf::Thin { ior, tint } => thin::eval_smooth(ior, tint, wo, lobe),
-            Bsdf::Plastic { albedo, coat } => match lobe {
-                Lobe::Reflection => plastic::eval_smooth(albedo, &coat, wo),
-                Lobe::Transmission => plastic::eval_through(albedo, &coat, wo),
-            },
-            _ => None,
-        }
-    }
-
-    /// Draws `wi` with `u` in [0, 1)³: direction (0, 1) and lobe (2). `None`: the path ends here.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<Sampled> {
-        let direction = [u[0], u[1]];
-        let sampled = match *self {
-            Bsdf::Lambert { albedo } => lambert::sample(albedo, wo, direction)?,
-            Bsdf::Mirror { f0 } => conductor::sample_mirror(f0, wo),
-            Bsdf::Conductor { f0, alpha } => conductor::sample(f0, alpha, wo, direction)?,
-            Bsdf::Glass { ior, tint } => dielectric::sample_smooth(ior, tint, wo, u[2])?,
-            Bsdf::RoughGlass { ior, alpha, tint } => {
-                dielectric::sample(ior, alpha, tint, wo, direction, u[2])?
-            }
-            Bsdf::Thin { ior, tint } => thin::sample_smooth(ior, tint, wo, u[2])?,
-            Bsdf::RoughThin { ior, alpha, tint } => {
-                thin::sample(ior, alpha, tint, wo, direction, u[2])?
-            }
-            Bsdf::Plastic { albedo, coat } => plastic::sample(albedo, &coat, wo, direction, u[2])?,
-        };
-        (sampled.pdf > 0.0 && wo.z != 0.0 && sampled.wi.z != 0.0).then_some(sampled)
-    }
-
     /// The refractive index inside over outside; 1 for what has no inside.
     #[inline]
     pub fn ior(&self) -> f32 {

@@ -8,8 +8,10 @@
 //! A surface that is not opaque lets a part of what the coat does not reflect pass straight through, and the
 //! Lambert part has the rest.
 
-use super::fresnel::{reflect, schlick};
-use super::{Eval, Lobe, Sampled, ggx};
+use super::fresnel::{fifth_power, reflect, schlick};
+use super::packed::Texels;
+use super::{Evals, Samples, ggx};
+use crate::lanes::{Float, LANES, Mask, Vector, positive};
 use crate::warp;
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -59,140 +61,240 @@ impl Coat {
         self.alpha == 0.0
     }
 
-    /// Reflectance of a facet of the coat, dielectric and metal.
-    #[inline]
-    fn reflectance(&self, cos: f32) -> Vec3 {
-        let dielectric = self.tint * schlick(Vec3::splat(self.f0), cos).x;
-        dielectric * (1.0 - self.metallic) + schlick(self.metal, cos) * self.metallic
-    }
-
-    /// The share of light from a direction with this cosine that the dielectric part reflects in all.
-    #[inline]
-    fn share(&self, cos: f32) -> Vec3 {
-        let (a, b) = if self.is_smooth() {
-            let m = (1.0 - cos).clamp(0.0, 1.0);
-            let m5 = m * m * m * m * m;
-            (1.0 - m5, m5)
-        } else {
-            SHARES.at(cos, self.alpha)
-        };
-        self.tint * (self.f0 * a + b)
-    }
-
-    /// The mean of [`Coat::share`] over the hemisphere, by projected solid angle.
-    #[inline]
-    fn mean_share(&self) -> Vec3 {
-        let (a, b) = if self.is_smooth() {
-            (20.0 / 21.0, 1.0 / 21.0)
-        } else {
-            SHARES.mean(self.alpha)
-        };
-        self.tint * (self.f0 * a + b)
-    }
-
-    /// Probabilities of sampling the coat, and of going straight through, seen from a direction with this
-    /// cosine: about their shares of what the surface leaves of light.
-    #[inline]
-    fn probabilities(&self, albedo: Vec3, cos: f32) -> (f32, f32) {
-        let share = self.share(cos);
-        let rest = 1.0 - self.metallic;
-        let coat = share * rest + schlick(self.metal, cos) * self.metallic;
-        let coat = coat.element_sum();
-        let below = |part: Vec3| ((Vec3::ONE - share) * part * rest).element_sum();
-        let (diffuse, through) = (below(albedo * self.opacity), below(self.through));
-        let sum = coat + diffuse + through;
-        if sum > 0.0 {
-            (coat / sum, through / sum)
-        } else {
-            (0.0, 0.0)
-        }
-    }
-
     /// What is left in all of light from everywhere: about the coat's and the Lambert part's shares, and what
     /// passes through.
     pub fn total(&self, albedo: Vec3) -> Vec3 {
-        let mean = self.mean_share();
+        let mean = Vec3::from(Coats::<f32>::of(&[self; LANES]).mean_share());
         let rest = 1.0 - self.metallic;
         let below = albedo * self.opacity + self.through;
         (mean + (Vec3::ONE - mean) * below) * rest + self.metal * self.metallic
     }
 }
 
-/// The Lambert part alone, with its cosine; no probability of choice inside.
-#[inline]
-fn diffuse(albedo: Vec3, coat: &Coat, cos_o: f32, cos_i: f32) -> Vec3 {
-    let through = (Vec3::ONE - coat.share(cos_o)) * (Vec3::ONE - coat.share(cos_i));
-    // Where the coat is white at all angles nothing arrives below it.
-    let rest = (Vec3::ONE - coat.mean_share()).max(Vec3::splat(1e-6));
-    albedo * through / rest * ((1.0 - coat.metallic) * coat.opacity * cos_i * FRAC_1_PI)
+/// Plastic in lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plastic<F> {
+    pub(super) albedo: Vector<F>,
+    pub(super) coat: Coats<F>,
 }
 
-/// All that is not a single direction: the Lambert part, and the coat where it is rough.
-#[inline]
-pub(super) fn eval(albedo: Vec3, coat: &Coat, mut wo: Vec3, mut wi: Vec3) -> Option<Eval> {
-    if wo.z * wi.z <= 0.0 {
-        return None;
-    }
-    (wo.z, wi.z) = (wo.z.abs(), wi.z.abs());
-    let (p, through) = coat.probabilities(albedo, wo.z);
-    let mut value = diffuse(albedo, coat, wo.z, wi.z);
-    let mut pdf = (1.0 - p - through).max(0.0) * wi.z * FRAC_1_PI;
-    if !coat.is_smooth() {
-        let h = (wo + wi).normalize();
-        let d = ggx::density(h, coat.alpha) / (4.0 * wo.z);
-        value += coat.reflectance(wo.dot(h)) * (d * ggx::masking_shadowing(wo, wi, coat.alpha));
-        pdf += p * d * ggx::masking(wo, coat.alpha);
-    }
-    (pdf > 0.0).then_some(Eval { value, pdf })
+/// [`Coat`] in lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coats<F> {
+    f0: F,
+    tint: Vector<F>,
+    metallic: F,
+    metal: Vector<F>,
+    alpha: F,
+    opacity: F,
+    through: Vector<F>,
 }
 
-/// The single direction of a smooth coat; `None` for a rough one.
-#[inline]
-pub(super) fn eval_smooth(albedo: Vec3, coat: &Coat, wo: Vec3) -> Option<Eval> {
-    let (pdf, _) = coat.probabilities(albedo, wo.z.abs());
-    (coat.is_smooth() && pdf > 0.0).then(|| Eval {
-        value: coat.reflectance(wo.z.abs()),
-        pdf,
-    })
+impl<F: Float> Coats<F> {
+    #[inline(always)]
+    pub(super) fn of(coats: &[&Coat; LANES]) -> Self {
+        Self {
+            f0: F::from_lanes(|lane| coats[lane].f0),
+            tint: Vector::from_lanes(|lane| coats[lane].tint),
+            metallic: F::from_lanes(|lane| coats[lane].metallic),
+            metal: Vector::from_lanes(|lane| coats[lane].metal),
+            alpha: F::from_lanes(|lane| coats[lane].alpha),
+            opacity: F::from_lanes(|lane| coats[lane].opacity),
+            through: Vector::from_lanes(|lane| coats[lane].through),
+        }
+    }
+
+    /// These `coats` with what textures give.
+    #[inline(always)]
+    pub(super) fn with(self, coats: &[&Coat; LANES], texels: &Texels<F>) -> Self {
+        let is_albedo = F::from_lanes(|lane| f32::from(u8::from(coats[lane].metal_is_albedo)));
+        Self {
+            tint: self.tint * texels.specular,
+            metal: Vector::select(positive(is_albedo), texels.colour, self.metal),
+            alpha: texels.alpha,
+            ..self
+        }
+    }
+
+    /// Where it reflects into a single direction.
+    #[inline(always)]
+    fn is_smooth(&self) -> F::Mask {
+        self.alpha.equals(F::ZERO)
+    }
+
+    /// Reflectance of a facet of the coat, dielectric and metal.
+    #[inline(always)]
+    fn reflectance(&self, cos: F) -> Vector<F> {
+        let dielectric = self.tint * schlick(Vector::grey(self.f0), cos).x;
+        dielectric * (F::ONE - self.metallic) + schlick(self.metal, cos) * self.metallic
+    }
+
+    /// The share of light from directions with these cosines that the dielectric part reflects in all.
+    #[inline(always)]
+    fn share(&self, cos: F) -> Vector<F> {
+        let m5 = fifth_power(F::ONE - cos);
+        let smooth = self.is_smooth();
+        let (mut a, mut b) = (F::ONE - m5, m5);
+        if !smooth.all() {
+            let rough = pairs(|lane| SHARES.at(cos.lane(lane), self.alpha.lane(lane)));
+            (a, b) = (F::select(smooth, a, rough.0), F::select(smooth, b, rough.1));
+        }
+        self.tint * (self.f0 * a + b)
+    }
+
+    /// The mean of [`Coats::share`] over the hemisphere, by projected solid angle.
+    #[inline(always)]
+    fn mean_share(&self) -> Vector<F> {
+        let smooth = self.is_smooth();
+        let (mut a, mut b) = (F::splat(20.0 / 21.0), F::splat(1.0 / 21.0));
+        if !smooth.all() {
+            let rough = pairs(|lane| SHARES.mean(self.alpha.lane(lane)));
+            (a, b) = (F::select(smooth, a, rough.0), F::select(smooth, b, rough.1));
+        }
+        self.tint * (self.f0 * a + b)
+    }
 }
 
-/// The single direction straight through; `None` for an opaque surface.
-#[inline]
-pub(super) fn eval_through(albedo: Vec3, coat: &Coat, wo: Vec3) -> Option<Eval> {
-    let cos = wo.z.abs();
-    let (_, pdf) = coat.probabilities(albedo, cos);
-    (pdf > 0.0).then(|| Eval {
-        value: (Vec3::ONE - coat.share(cos)) * coat.through * (1.0 - coat.metallic),
-        pdf,
-    })
+/// The pairs of numbers that `pair` gives for each lane.
+#[inline(always)]
+fn pairs<F: Float>(pair: impl Fn(usize) -> (f32, f32)) -> (F, F) {
+    let pairs = Vector::<F>::from_lanes(|lane| {
+        let (a, b) = pair(lane);
+        Vec3::new(a, b, 0.0)
+    });
+    (pairs.x, pairs.y)
 }
 
-#[inline]
-pub(super) fn sample(
-    albedo: Vec3,
-    coat: &Coat,
-    wo: Vec3,
-    u: [f32; 2],
-    u_lobe: f32,
-) -> Option<Sampled> {
-    let side = wo.z.signum();
-    let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-    let (p, through) = coat.probabilities(albedo, up.z);
-    let of_coat = u_lobe < p;
-    if of_coat && coat.is_smooth() {
-        let mirrored = Vec3::new(-wo.x, -wo.y, wo.z);
-        return Some(eval_smooth(albedo, coat, wo)?.sampled_delta(mirrored, Lobe::Reflection));
+impl<F: Float> Plastic<F> {
+    /// Probabilities of sampling the coat, and of going straight through, seen from directions with these cosines,
+    /// where the coat has these shares: about their shares of what the surface leaves of light.
+    #[inline(always)]
+    fn probabilities(&self, share: Vector<F>, cos: F) -> (F, F) {
+        let Self { albedo, coat } = self;
+        let rest = F::ONE - coat.metallic;
+        let of_coat = share * rest + schlick(coat.metal, cos) * coat.metallic;
+        let of_coat = of_coat.element_sum();
+        let below = |part: Vector<F>| ((Vector::ONE - share) * part * rest).element_sum();
+        let (diffuse, through) = (below(*albedo * coat.opacity), below(coat.through));
+        let sum = of_coat + diffuse + through;
+        let there = positive(sum);
+        ((of_coat / sum).only(there), (through / sum).only(there))
     }
-    if !of_coat && u_lobe < p + through {
-        return Some(eval_through(albedo, coat, wo)?.sampled_delta(-wo, Lobe::Transmission));
+
+    /// The Lambert part alone, with its cosine; no probability of choice inside. `share_o` is the coat's share
+    /// seen from the other direction.
+    #[inline(always)]
+    fn diffuse(&self, share_o: Vector<F>, cos_i: F) -> Vector<F> {
+        let coat = &self.coat;
+        let through = (Vector::ONE - share_o) * (Vector::ONE - coat.share(cos_i));
+        // Where the coat is white at all angles nothing arrives below it.
+        let rest = (Vector::ONE - coat.mean_share()).max(Vector::grey(F::splat(1e-6)));
+        let rest = Vector::new(
+            self.albedo.x * through.x / rest.x,
+            self.albedo.y * through.y / rest.y,
+            self.albedo.z * through.z / rest.z,
+        );
+        rest * ((F::ONE - coat.metallic) * coat.opacity * cos_i * F::splat(FRAC_1_PI))
     }
-    let mut wi = if of_coat {
-        reflect(up, ggx::sample(up, coat.alpha, u))
-    } else {
-        warp::cosine_hemisphere(u)
-    };
-    wi.z *= side;
-    Some(eval(albedo, coat, wo, wi)?.sampled(wi, Lobe::Reflection))
+
+    /// All that is not a single direction: the Lambert part, and the coat where it is rough.
+    #[inline(always)]
+    pub(super) fn eval(&self, wo: Vector<F>, wi: Vector<F>) -> Evals<F> {
+        let share = self.coat.share(wo.z.magnitude());
+        self.eval_by(share, wo, wi)
+    }
+
+    /// With the coat's share seen from `wo`.
+    #[inline(always)]
+    fn eval_by(&self, share: Vector<F>, wo: Vector<F>, wi: Vector<F>) -> Evals<F> {
+        let coat = &self.coat;
+        let one_side = positive(wo.z * wi.z);
+        let (wo, wi) = (wo.upwards(), wi.upwards());
+        let (p, through) = self.probabilities(share, wo.z);
+        let mut value = self.diffuse(share, wi.z);
+        let diffuse = (F::ONE - p - through).larger(F::ZERO);
+        let mut pdf = diffuse * wi.z * F::splat(FRAC_1_PI);
+        let smooth = coat.is_smooth();
+        if !smooth.all() {
+            let h = (wo + wi).normalize();
+            let d = ggx::density(h, coat.alpha) / (F::splat(4.0) * wo.z);
+            let g = ggx::masking_shadowing(wo, wi, coat.alpha);
+            let reflected = value + coat.reflectance(wo.dot(h)) * (d * g);
+            value = Vector::select(smooth, value, reflected);
+            let both = pdf + p * d * ggx::masking(wo, coat.alpha);
+            pdf = F::select(smooth, pdf, both);
+        }
+        Evals {
+            value,
+            pdf,
+            holds: one_side & positive(pdf),
+        }
+    }
+
+    /// The single directions: straight through where `transmits`, which does not hold where the surface is opaque;
+    /// mirrored elsewhere, which does not hold where the coat is rough.
+    #[inline(always)]
+    pub(super) fn eval_single(&self, wo: Vector<F>, transmits: F::Mask) -> Evals<F> {
+        let cos = wo.z.magnitude();
+        let share = self.coat.share(cos);
+        let probabilities = self.probabilities(share, cos);
+        self.single(share, probabilities, cos, transmits)
+    }
+
+    /// With the coat's share and the probabilities seen from the direction whose cosine is `cos`.
+    #[inline(always)]
+    fn single(
+        &self,
+        share: Vector<F>,
+        (of_coat, through): (F, F),
+        cos: F,
+        transmits: F::Mask,
+    ) -> Evals<F> {
+        let coat = &self.coat;
+        let passing = (Vector::ONE - share) * coat.through * (F::ONE - coat.metallic);
+        let pdf = F::select(transmits, through, of_coat);
+        Evals {
+            value: Vector::select(transmits, passing, coat.reflectance(cos)),
+            pdf,
+            holds: (transmits | coat.is_smooth()) & positive(pdf),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn sample(&self, wo: Vector<F>, u: [F; 2], u_lobe: F) -> Samples<F> {
+        let coat = &self.coat;
+        let up = wo.upwards();
+        let share = coat.share(up.z);
+        let probabilities = self.probabilities(share, up.z);
+        let of_coat = u_lobe.below(probabilities.0);
+        let smooth = coat.is_smooth();
+        let mut wi = warp::cosine_hemisphere(u);
+        if (of_coat & !smooth).any() {
+            let reflected = reflect(up, ggx::sample(up, coat.alpha, u));
+            wi = Vector::select(of_coat, reflected, wi);
+        }
+        wi.z = wi.z * F::ONE.signed_as(wo.z);
+        let lobes = self.eval_by(share, wo, wi);
+
+        let transmits = !of_coat & u_lobe.below(probabilities.0 + probabilities.1);
+        let delta = (of_coat & smooth) | transmits;
+        if !delta.any() {
+            return Samples {
+                wi,
+                eval: lobes,
+                transmits,
+                delta,
+            };
+        }
+        let mirrored = Vector::new(-wo.x, -wo.y, wo.z);
+        let single = self.single(share, probabilities, up.z, transmits);
+        Samples {
+            wi: Vector::select(delta, Vector::select(transmits, -wo, mirrored), wi),
+            eval: Evals::select(delta, single, lobes),
+            transmits,
+            delta,
+        }
+    }
 }
 
 /// Shares of light that rough coats reflect in all: of a facet reflectance f0 + (1 - f0)(1 - cos)⁵ they
@@ -254,7 +356,7 @@ fn mix(a: (f32, f32), b: (f32, f32), t: f32) -> (f32, f32) {
 /// The share of one cosine and roughness, averaged over visible normals.
 fn share(cos: f32, alpha: f32) -> (f32, f32) {
     let cos = cos.max(1e-3);
-    let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
+    let wo = Vector::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
     let (mut all, mut grazing) = (0.0f64, 0.0f64);
     for i in 0..SAMPLES * SAMPLES {
         let u = [i % SAMPLES, i / SAMPLES].map(|k| (k as f32 + 0.5) / SAMPLES as f32);

@@ -4,106 +4,126 @@
 //! `ior` is pane over air, which is on both sides; `tint` is what one way through the pane leaves of light.
 
 use super::fresnel::{dielectric, reflect};
-use super::{Eval, Lobe, Sampled, ggx};
-use glam::Vec3;
+use super::{Evals, Samples, ggx};
+use crate::lanes::{Float, Mask, Vector, positive};
 
-/// The shares of light that are reflected and that pass, of all the bounces between the two boundaries; `cos` > 0.
-///
-/// With R the reflectance of a boundary and t the tint: R + (1 - R)² t² R (1 + R² t² + …) and
-/// (1 - R)² t (1 + R² t² + …).
-#[inline]
-fn shares(ior: f32, tint: Vec3, cos: f32) -> (Vec3, Vec3) {
-    let r = dielectric(cos, ior);
-    if r >= 1.0 {
-        return (Vec3::ONE, Vec3::ZERO);
-    }
-    let passes = (1.0 - r) * (1.0 - r) / (Vec3::ONE - r * r * tint * tint) * tint;
-    (r + r * tint * passes, passes)
+/// What a pane is made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pane<F> {
+    pub(super) ior: F,
+    pub(super) tint: Vector<F>,
 }
 
-/// The share of a lobe, and the probability of its choice.
-#[inline]
-fn choice(ior: f32, tint: Vec3, cos: f32, lobe: Lobe) -> (Vec3, f32) {
-    let (reflected, passing) = shares(ior, tint, cos);
-    let (r, t) = (reflected.element_sum(), passing.element_sum());
-    // Nothing is left of the light where the index is 1 and the tint black.
-    let p = if r + t > 0.0 { r / (r + t) } else { 0.0 };
-    match lobe {
-        Lobe::Reflection => (reflected, p),
-        Lobe::Transmission => (passing, 1.0 - p),
-    }
-}
-
-#[inline]
-fn choose(ior: f32, tint: Vec3, cos: f32, u: f32) -> Lobe {
-    if u < choice(ior, tint, cos, Lobe::Reflection).1 {
-        Lobe::Reflection
-    } else {
-        Lobe::Transmission
-    }
+/// The shares of light that are reflected and that pass, and the probabilities of their choice.
+struct Shares<F> {
+    reflected: Vector<F>,
+    passing: Vector<F>,
+    /// Of reflection.
+    probability: F,
 }
 
 /// `w` on the other side of the pane.
-#[inline]
-pub(super) fn mirrored(w: Vec3) -> Vec3 {
-    Vec3::new(w.x, w.y, -w.z)
+#[inline(always)]
+pub(super) fn mirrored<F: Float>(w: Vector<F>) -> Vector<F> {
+    Vector { z: -w.z, ..w }
 }
 
-#[inline]
-pub(super) fn eval_smooth(ior: f32, tint: Vec3, wo: Vec3, lobe: Lobe) -> Option<Eval> {
-    let (value, pdf) = choice(ior, tint, wo.z.abs(), lobe);
-    (value != Vec3::ZERO && pdf > 0.0).then_some(Eval { value, pdf })
-}
-
-#[inline]
-pub(super) fn sample_smooth(ior: f32, tint: Vec3, wo: Vec3, u: f32) -> Option<Sampled> {
-    let lobe = choose(ior, tint, wo.z.abs(), u);
-    let wi = match lobe {
-        Lobe::Reflection => mirrored(-wo),
-        Lobe::Transmission => -wo,
-    };
-    Some(eval_smooth(ior, tint, wo, lobe)?.sampled_delta(wi, lobe))
-}
-
-#[inline]
-pub(super) fn eval(ior: f32, alpha: f32, tint: Vec3, mut wo: Vec3, mut wi: Vec3) -> Option<Eval> {
-    if wo.z == 0.0 || wi.z == 0.0 {
-        return None;
+impl<F: Float> Shares<F> {
+    /// The share where `transmits` or of reflection elsewhere, and the probability of its choice.
+    #[inline(always)]
+    fn of(&self, transmits: F::Mask) -> (Vector<F>, F) {
+        let p = self.probability;
+        (
+            Vector::select(transmits, self.passing, self.reflected),
+            F::select(transmits, F::ONE - p, p),
+        )
     }
-    let lobe = if wo.z * wi.z > 0.0 {
-        Lobe::Reflection
-    } else {
-        Lobe::Transmission
-    };
-    (wo.z, wi.z) = (wo.z.abs(), wi.z.abs());
-    let h = (wo + wi).normalize();
-    let (share, p) = choice(ior, tint, wo.dot(h), lobe);
-    let d = ggx::density(h, alpha) / (4.0 * wo.z);
-    let pdf = p * d * ggx::masking(wo, alpha);
-    (pdf > 0.0).then(|| Eval {
-        value: share * (d * ggx::masking_shadowing(wo, wi, alpha)),
-        pdf,
-    })
 }
 
-#[inline]
-pub(super) fn sample(
-    ior: f32,
-    alpha: f32,
-    tint: Vec3,
-    wo: Vec3,
-    u: [f32; 2],
-    u_lobe: f32,
-) -> Option<Sampled> {
-    let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-    let h = ggx::sample(up, alpha, u);
-    let mut wi = reflect(up, h);
-    if wi.z <= 0.0 {
-        return None;
+impl<F: Float> Pane<F> {
+    /// Of all the bounces between the two boundaries; `cos` > 0.
+    ///
+    /// With R the reflectance of a boundary and t the tint: R + (1 - R)² t² R (1 + R² t² + …) and
+    /// (1 - R)² t (1 + R² t² + …).
+    #[inline(always)]
+    fn shares(&self, cos: F) -> Shares<F> {
+        let (r, tint) = (dielectric(cos, self.ior), self.tint);
+        let bounces = Vector::ONE - tint * (r * r) * tint;
+        let once = (F::ONE - r) * (F::ONE - r);
+        let passing = Vector::new(once / bounces.x, once / bounces.y, once / bounces.z) * tint;
+        let reflected = Vector::grey(r) + tint * r * passing;
+        let total = !r.below(F::ONE);
+        let passing = Vector::select(total, Vector::ZERO, passing);
+        let reflected = Vector::select(total, Vector::ONE, reflected);
+        // Nothing is left of the light where the index is 1 and the tint black.
+        let (r, t) = (reflected.element_sum(), passing.element_sum());
+        Shares {
+            reflected,
+            passing,
+            probability: (r / (r + t)).only(positive(r + t)),
+        }
     }
-    let lobe = choose(ior, tint, up.dot(h), u_lobe);
-    if (lobe == Lobe::Reflection) != (wo.z > 0.0) {
-        wi = mirrored(wi);
+
+    #[inline(always)]
+    pub(super) fn eval_smooth(&self, wo: Vector<F>, transmits: F::Mask) -> Evals<F> {
+        Self::single(&self.shares(wo.z.magnitude()), transmits)
     }
-    Some(eval(ior, alpha, tint, wo, wi)?.sampled(wi, lobe))
+
+    #[inline(always)]
+    fn single(shares: &Shares<F>, transmits: F::Mask) -> Evals<F> {
+        let (value, pdf) = shares.of(transmits);
+        Evals {
+            value,
+            pdf,
+            holds: value.is_not_zero() & positive(pdf),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn sample_smooth(&self, wo: Vector<F>, u: F) -> Samples<F> {
+        let shares = self.shares(wo.z.magnitude());
+        let transmits = !u.below(shares.probability);
+        Samples {
+            wi: Vector::select(transmits, -wo, mirrored(-wo)),
+            eval: Self::single(&shares, transmits),
+            transmits,
+            delta: F::Mask::every(),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn eval(&self, alpha: F, wo: Vector<F>, wi: Vector<F>) -> Evals<F> {
+        let transmits = !positive(wo.z * wi.z);
+        let there = !(wo.z.equals(F::ZERO) | wi.z.equals(F::ZERO));
+        let (wo, wi) = (wo.upwards(), wi.upwards());
+        let h = (wo + wi).normalize();
+        let (share, p) = self.shares(wo.dot(h)).of(transmits);
+        let d = ggx::density(h, alpha) / (F::splat(4.0) * wo.z);
+        let pdf = p * d * ggx::masking(wo, alpha);
+        Evals {
+            value: share * (d * ggx::masking_shadowing(wo, wi, alpha)),
+            pdf,
+            holds: there & positive(pdf),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn sample(&self, alpha: F, wo: Vector<F>, u: [F; 2], u_lobe: F) -> Samples<F> {
+        let up = wo.upwards();
+        let h = ggx::sample(up, alpha, u);
+        let wi = reflect(up, h);
+        let above = positive(wi.z);
+        let transmits = !u_lobe.below(self.shares(up.dot(h)).probability);
+        let front = positive(wo.z);
+        let turns = (transmits & front) | !(transmits | front);
+        let wi = Vector::select(turns, mirrored(wi), wi);
+        let mut eval = self.eval(alpha, wo, wi);
+        eval.holds = eval.holds & above;
+        Samples {
+            wi,
+            eval,
+            transmits,
+            delta: F::Mask::none(),
+        }
+    }
 }

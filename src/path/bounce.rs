@@ -6,6 +6,7 @@ use super::{
     BasePath, Context, Counts, Wavefront, gather, or_dead, survival, trace_any, trace_closest,
 };
 use crate::gradient::{Base, Shift};
+use crate::lanes::Vector;
 use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
 use crate::scene::material::Class;
@@ -212,7 +213,7 @@ impl<const N: usize> Bounce<N> {
         };
         let at_base = by_light.density(scene, x.position);
         let base = Base {
-            value: self.throughput(path) * radiance,
+            value: (self.throughput(path) * radiance).into(),
             densities: 1.0 + at_base,
         };
         let shifts = std::array::from_fn(|j| {
@@ -225,7 +226,7 @@ impl<const N: usize> Bounce<N> {
                     _ => at_base,
                 };
             let reached = |carried: Carried, radiance: Vec3| Shift {
-                value: carried.throughput * radiance,
+                value: (carried.throughput * radiance).into(),
                 densities: carried.ratio + light_density,
             };
             match follower.progress {
@@ -235,7 +236,7 @@ impl<const N: usize> Bounce<N> {
                 Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
                     counts.deaths[Death::Blocked as usize] += 1;
                     Shift {
-                        value: Vec3::ZERO,
+                        value: Vector::ZERO,
                         densities: light_density,
                     }
                 }

@@ -1,7 +1,7 @@
 //! What light sampling would have had where BSDF sampling found a light, for the balance heuristic.
 
+use crate::geometry::solid_angle_per_area;
 use crate::scene::Scene;
-use crate::shift::solid_angle_per_area;
 use crate::vertex::End;
 use glam::Vec3;
 

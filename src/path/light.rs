@@ -2,12 +2,13 @@
 //! the base path and, with the same point, for its offset paths.
 
 use super::{BasePath, Context, Wavefront, gather, survival, trace_any};
+use crate::geometry::solid_angle_per_area;
 use crate::gradient::{Base, Shift};
 use crate::sampler::{self, Dimension};
 use crate::scene::Scene;
 use crate::scene::light::LightSample;
 use crate::scene::material::Class;
-use crate::shift::{Offset, solid_angle_per_area};
+use crate::shift::Offset;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, Ray};
 use crate::vertex::Vertex;
@@ -54,11 +55,18 @@ impl<const N: usize> LightPath<N> {
         let shifts = std::array::from_fn(|j| match &self.offsets[j] {
             Some(connection) => {
                 let (value, densities) = connection.resolve(rays);
-                Shift { value, densities }
+                Shift {
+                    value: value.into(),
+                    densities,
+                }
             }
             None => Shift::DEAD,
         });
-        (Base { value, densities }, shifts)
+        let base = Base {
+            value: value.into(),
+            densities,
+        };
+        (base, shifts)
     }
 }
 

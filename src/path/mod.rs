@@ -237,20 +237,20 @@ impl<const N: usize> PathTracer<N> {
             if settled {
                 // Densities of the base path are inside S: here they are 1.
                 let base = Base {
-                    value: path.throughput,
+                    value: path.throughput.into(),
                     densities: 1.0,
                 };
                 let to = std::array::from_fn(|j| match &path.offsets[j] {
                     Offset::Connected(c) => {
                         let shift = Shift {
-                            value: c.throughput,
+                            value: c.throughput.into(),
                             densities: c.ratio,
                         };
-                        base.difference(&shift, weights)
+                        base.difference(&shift, weights).into()
                     }
-                    _ => base.difference(&Shift::DEAD, weights),
+                    _ => base.difference(&Shift::DEAD, weights).into(),
                 });
-                if base.value == Vec3::ZERO && to == [Vec3::ZERO; N] {
+                if path.throughput == Vec3::ZERO && to == [Vec3::ZERO; N] {
                     return false;
                 }
                 if context.in_lanes {
@@ -267,7 +267,7 @@ impl<const N: usize> PathTracer<N> {
                 }
                 shares.push(Share {
                     pixel: path.pixel,
-                    primal: base.primal(),
+                    primal: base.primal().into(),
                     to,
                 });
             }
@@ -345,9 +345,9 @@ fn gather<const N: usize>(
     base: &Base,
     shifts: &[Shift; N],
 ) {
-    sample.primal += base.primal();
+    sample.primal += Vec3::from(base.primal());
     for (to, shift) in sample.to.iter_mut().zip(shifts) {
-        *to += base.difference(shift, weights);
+        *to += Vec3::from(base.difference(shift, weights));
     }
 }
 

@@ -272,14 +272,14 @@ impl Log {
             0,
             format!(
                 "{what}: F {}, densities {:.6e}; primal + {}",
-                vector(base.value),
+                vector(base.value.into()),
                 base.densities,
-                vector(base.primal())
+                vector(base.primal().into())
             ),
         );
         for (j, shift) in shifts.iter().enumerate() {
-            let (value, weight) = (vector(shift.value), base.weight(shift, weights));
-            let adds = vector(base.difference(shift, weights));
+            let (value, weight) = (vector(shift.value.into()), base.weight(shift, weights));
+            let adds = vector(base.difference(shift, weights).into());
             let densities = shift.densities;
             let text = format!("Y {value}, densities {densities:.6e}, w {weight:.6e}; + {adds}");
             self.say(1, format!("{}: {text}", name(j)));

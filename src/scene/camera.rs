@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::lanes::Vec3x8;
 use crate::load::sidecar::CameraTable;
 use crate::warp;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use wide::f32x8;
 
 /// A camera and the size of its film.
@@ -139,7 +139,7 @@ impl Camera {
     /// The ray's origin and unit direction through the film at (`x`, `y`) and through the point of the
     /// lens that belongs to `u` in [0, 1)².
     pub fn through_lens(&self, lens: &Lens, x: f32, y: f32, u: [f32; 2]) -> (Vec3, Vec3) {
-        let p = warp::disk(u) * lens.radius;
+        let p = Vec2::from(warp::disk(u)) * lens.radius;
         let (right, down) = (self.step.0.normalize(), self.step.1.normalize());
         let at = right * p.x + down * p.y;
         // The corner is at unit distance along the view.

@@ -6,7 +6,7 @@ use super::environment::SkySample;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
-use crate::lanes::{LANES, Vec3x8, from_lanes};
+use crate::lanes::{Float, LANES, Vec3x8};
 use crate::warp;
 use glam::Vec3;
 use wide::f32x8;
@@ -270,14 +270,14 @@ impl Scene {
             *light = &self.lights.triangles[table.choose(u)];
         }
         let corner = |i: usize| Vec3x8::from_lanes(|lane| chosen[lane].corners[i]);
-        let (b, c) = warp::triangle_x8([u[1], u[2]]);
-        let density = from_lanes(|lane| chosen[lane].density);
+        let (b, c) = warp::triangle([u[1], u[2]]);
+        let density = f32x8::from_lanes(|lane| chosen[lane].density);
         LightSamplesX8 {
             position: corner(0) * (f32x8::ONE - b - c) + corner(1) * b + corner(2) * c,
             ng: Vec3x8::from_lanes(|lane| chosen[lane].ng),
             radiance: Vec3x8::from_lanes(|lane| chosen[lane].radiance),
             density,
-            offset: from_lanes(|lane| chosen[lane].offset),
+            offset: f32x8::from_lanes(|lane| chosen[lane].offset),
             holds: density.simd_ne(f32x8::ZERO),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::material::Material;
 use super::texture::Texture;
-use crate::frame::{offset_distance, offset_distance_x8};
+use crate::geometry::offset_distance;
 use crate::lanes::{LANES, Vec3x8, positive, set_lanes};
 use crate::load::obj::{NONE, ObjFile};
 use glam::{Vec2, Vec3};
@@ -180,7 +180,7 @@ impl Mesh {
             position: a * w + b * u + c * v,
             ng,
             ns: ng,
-            offset: offset_distance_x8(a.abs().max(b.abs()).max(c.abs()).max_element()),
+            offset: offset_distance(a.abs().max(b.abs()).max(c.abs()).max_element()),
         };
         if !self.normal_triangles.is_empty() {
             let mut corners = [[0; 3]; LANES];

@@ -1,7 +1,7 @@
 //! Batches of rays in blocks of 8, structure of arrays inside a block: the layout of Embree's packets,
 //! so that nothing is copied on the way to the kernels.
 
-use crate::lanes::{LANES, Vec3x8, lanes_of, set_lane};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
 use glam::Vec3;
 use wide::f32x8;
 
@@ -240,9 +240,9 @@ impl ClosestBatch {
         for lane in lanes_of(lanes) {
             if let Some(hit) = self.hit(rays[lane]) {
                 hits.triangle[lane] = hit.triangle;
-                set_lane(&mut hits.u, lane, hit.u);
-                set_lane(&mut hits.v, lane, hit.v);
-                set_lane(&mut hits.t, lane, hit.t);
+                hits.u.set_lane(lane, hit.u);
+                hits.v.set_lane(lane, hit.v);
+                hits.t.set_lane(lane, hit.t);
                 hits.found |= 1 << lane;
             }
         }

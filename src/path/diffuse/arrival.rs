@@ -1,7 +1,7 @@
 //! What eight rays have met.
 
 use super::vertices::VerticesX8;
-use crate::lanes::{LANES, Vec3x8, lanes_of, set_lane};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
 use crate::path::Context;
 use crate::path::by_light::{ByLight, radiance};
 use crate::scene::Scene;
@@ -61,7 +61,9 @@ impl<'a> Arrival<'a> {
             let by_light = ByLight::of(scene, from, &end, wi, pdf.as_array()[lane]);
             arrival.ends |= 1 << lane;
             arrival.radiance.set(lane, radiance(scene, &end, wi));
-            set_lane(&mut arrival.by_light, lane, by_light.density(scene, from));
+            arrival
+                .by_light
+                .set_lane(lane, by_light.density(scene, from));
         }
         arrival
     }

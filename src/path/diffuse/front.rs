@@ -5,8 +5,8 @@ use super::grid::Grid;
 use super::plain::PlainPaths;
 use super::vertices::VerticesX8;
 use super::{front_bounce::Flight, front_light::LightBlock};
-use crate::gradient::{BaseX8, Neighbour, ShiftX8, Weights};
-use crate::lanes::{LANES, Vec3x8, first_lanes, from_lanes, lanes_of, mask_of, negative};
+use crate::gradient::{Base, Neighbour, Shift, Weights};
+use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of, mask_of, negative};
 use crate::path::{Context, Counts, PathSettings, Share, Tile, trace_closest};
 use crate::sampler::Sampler;
 use crate::shift::Death;
@@ -118,7 +118,7 @@ impl<const N: usize> Front<N> {
         self.primary.clear();
         for y in top..bottom {
             for x in (left..right).step_by(LANES) {
-                let across = from_lanes(|lane| (x + lane as u32) as f32 + position.x);
+                let across = f32x8::from_lanes(|lane| (x + lane as u32) as f32 + position.x);
                 let directions = camera.directions(across, y as f32 + position.y);
                 for lane in lanes_of(first_lanes((right - x) as usize)) {
                     self.primary.push(&Ray {
@@ -237,7 +237,7 @@ impl<const N: usize> Front<N> {
             }
             block.alive &= !settled;
             // Densities of the base path are inside what follows: here they are 1.
-            let base = BaseX8 {
+            let base = Base {
                 value: block.throughput,
                 densities: f32x8::ONE,
             };
@@ -245,7 +245,7 @@ impl<const N: usize> Front<N> {
             let mut counts = base.value.is_not_zero();
             for (to, offset) in to.iter_mut().zip(&block.offsets) {
                 let connected = mask_of(offset.alive);
-                let shift = ShiftX8 {
+                let shift = Shift {
                     value: Vec3x8::select(connected, offset.throughput, Vec3x8::ZERO),
                     densities: connected & offset.ratio,
                 };
@@ -308,8 +308,8 @@ impl<const N: usize> Block<N> {
     pub(super) fn gather(
         &mut self,
         weights: Weights,
-        base: &BaseX8,
-        shifts: &[ShiftX8; N],
+        base: &Base<f32x8>,
+        shifts: &[Shift<f32x8>; N],
         holds: u32,
     ) {
         let holds = mask_of(holds);

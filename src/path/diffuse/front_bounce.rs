@@ -5,11 +5,12 @@ use super::arrival::Arrival;
 use super::front::{Block, Front, OffsetX8, Stage, step};
 use super::grid::Grid;
 use super::vertices::{RaysX8, VerticesX8, draw_bsdf};
-use crate::bsdf::lambert::EvalX8;
-use crate::gradient::{BaseX8, ShiftX8};
+use crate::bsdf::Evals;
+use crate::geometry::Seen;
+use crate::gradient::{Base, Shift};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::path::{Context, Counts, trace_any, trace_closest};
-use crate::shift::{Death, solid_angle_per_area_x8};
+use crate::shift::Death;
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
 use wide::f32x8;
@@ -144,17 +145,17 @@ impl<const N: usize> Front<N> {
                 self.counts.deaths[Death::Blocked as usize] += u64::from(blocked[j].count_ones());
             }
             if flight.ends != 0 {
-                let base = BaseX8 {
+                let base = Base {
                     value: flight.throughput * flight.radiance,
                     densities: f32x8::ONE + flight.by_light,
                 };
-                let mut shifts = [ShiftX8::DEAD; N];
+                let mut shifts = [Shift::DEAD; N];
                 for (j, offset) in block.offsets.iter().enumerate() {
                     // Light sampling makes the blocked path too, with value 0.
                     let free = mask_of(offset.alive & !blocked[j]);
                     let value = offset.throughput * flight.radiance;
                     let densities = (free & offset.ratio) + flight.followers[j].by_light;
-                    shifts[j] = ShiftX8 {
+                    shifts[j] = Shift {
                         value: Vec3x8::select(free, value, Vec3x8::ZERO),
                         densities: mask_of(offset.alive) & densities,
                     };
@@ -184,18 +185,19 @@ impl<const N: usize> Flight<N> {
         let x = &block.vertices;
         let environment = self.ends & missed;
         let distant = mask_of(environment);
-        let (_, here, seen) = solid_angle_per_area_x8(x.position, next.position, next.ng);
+        let here = Seen::new(x.position, next.position, next.ng);
         let side = next.ng.dot(self.wi);
         let mut all_rays = [RaysX8::NONE; N];
         let mut joins = 0;
         for (j, rays) in all_rays.iter_mut().enumerate() {
             let y = grid.load(block.place, step(j, grid.width));
-            let (direction, there, holds) =
-                solid_angle_per_area_x8(y.position, next.position, next.ng);
+            let there = Seen::new(y.position, next.position, next.ng);
             // Both must see the same side of the surface at x_2.
-            let holds = seen & holds & positive(next.ng.dot(direction) * side);
-            let direction = Vec3x8::select(distant, self.wi, direction);
-            let jacobian = distant.select(f32x8::ONE, there / here);
+            let same_side = positive(next.ng.dot(there.direction) * side);
+            let holds = here.holds & there.holds & same_side;
+            let direction = Vec3x8::select(distant, self.wi, there.direction);
+            let jacobian = there.solid_angle_per_area / here.solid_angle_per_area;
+            let jacobian = distant.select(f32x8::ONE, jacobian);
             let mut eval = y.eval(direction);
             eval.holds &= holds | distant;
             let scattered = ScatteredX8 {
@@ -277,5 +279,5 @@ struct ScatteredX8 {
     /// Jacobians over the base paths' densities.
     scale: f32x8,
     survival: f32x8,
-    eval: EvalX8,
+    eval: Evals<f32x8>,
 }

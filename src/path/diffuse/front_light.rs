@@ -3,7 +3,7 @@
 use super::front::{Block, Front, Stage, step};
 use super::grid::Grid;
 use super::vertices::{ConnectedX8, RaysX8, draw_light};
-use crate::gradient::{BaseX8, ShiftX8};
+use crate::gradient::{Base, Shift};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::path::{Context, trace_any};
 use crate::scene::light::LightSamplesX8;
@@ -50,9 +50,9 @@ impl ConnectionX8 {
     };
 
     #[inline(always)]
-    fn resolve(&self, rays: &AnyBatch) -> ShiftX8 {
+    fn resolve(&self, rays: &AnyBatch) -> Shift<f32x8> {
         let free = mask_of(self.holds & !rays.blocked(&self.ray, self.holds));
-        ShiftX8 {
+        Shift {
             value: Vec3x8::select(free, self.value, Vec3x8::ZERO),
             densities: mask_of(self.holds) & (self.by_light + (free & self.by_bsdf)),
         }
@@ -82,9 +82,9 @@ impl<const N: usize> Front<N> {
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         let weights = context.settings.weights;
         for (block, connections) in self.blocks.iter_mut().zip(&self.lights) {
-            let ShiftX8 { value, densities } = connections.base.resolve(&self.shadow);
-            let base = BaseX8 { value, densities };
-            let mut shifts = [ShiftX8::DEAD; N];
+            let Shift { value, densities } = connections.base.resolve(&self.shadow);
+            let base = Base { value, densities };
+            let mut shifts = [Shift::DEAD; N];
             for (shift, offset) in shifts.iter_mut().zip(&connections.offsets) {
                 *shift = offset.resolve(&self.shadow);
             }

@@ -3,7 +3,7 @@
 
 use super::arrival::Arrival;
 use super::vertices::{VerticesX8, draw_bsdf, draw_light};
-use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of, set_lane};
+use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::path::{Context, Counts, trace_any, trace_closest};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -185,7 +185,7 @@ impl PlainPaths {
                 let flight = &mut self.flights[at];
                 flight.from.set(to, x.position.lane(lane));
                 flight.throughput.set(to, scattering.throughput.lane(lane));
-                set_lane(&mut flight.pdf, to, scattering.pdf.as_array()[lane]);
+                flight.pdf.set_lane(to, scattering.pdf.as_array()[lane]);
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
             }

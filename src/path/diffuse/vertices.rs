@@ -1,15 +1,15 @@
 //! Vertices on Lambert surfaces, and the lights they see, in lanes.
 
 use super::arrival::end;
-use crate::bsdf::lambert::{self, EvalX8};
-use crate::frame::{FrameX8, offset_origin_x8};
-use crate::lanes::{LANES, Vec3x8, from_lanes, lanes_of, mask_of, negative, positive, set_lane};
+use crate::bsdf::{Evals, lambert};
+use crate::frame::Frame;
+use crate::geometry::{Seen, offset_origin};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, negative, positive};
 use crate::path::ROULETTE_FROM;
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::scene::light::LightSamplesX8;
 use crate::scene::material::Material;
-use crate::shift::solid_angle_per_area_x8;
 use crate::trace::rays::{HitsX8, Ray};
 use crate::vertex::{End, Vertex};
 use wide::f32x8;
@@ -147,7 +147,7 @@ impl VerticesX8 {
         surfaces: u32,
     ) -> Self {
         let mut albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
-        let survival = from_lanes(|lane| materials[lane].survival);
+        let survival = f32x8::from_lanes(|lane| materials[lane].survival);
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
         for lane in lanes_of(surfaces) {
             if materials[lane].textures.is_some()
@@ -182,14 +182,11 @@ impl VerticesX8 {
         self.ns.set(lane, vertex.ns);
         self.normal.set(lane, normal);
         self.albedo.set(lane, vertex.texel.colour);
-        set_lane(&mut self.cos_o, lane, cos_o);
-        set_lane(
-            &mut self.agrees,
-            lane,
-            mask_of(u32::from(agrees)).as_array()[0],
-        );
-        set_lane(&mut self.offset, lane, vertex.offset);
-        set_lane(&mut self.survival, lane, vertex.survival(scene));
+        self.cos_o.set_lane(lane, cos_o);
+        self.agrees
+            .set_lane(lane, mask_of(u32::from(agrees)).as_array()[0]);
+        self.offset.set_lane(lane, vertex.offset);
+        self.survival.set_lane(lane, vertex.survival(scene));
     }
 
     /// Puts the vertex in lane `from` of `others` into a lane.
@@ -199,30 +196,31 @@ impl VerticesX8 {
         self.ns.set(lane, others.ns.lane(from));
         self.normal.set(lane, others.normal.lane(from));
         self.albedo.set(lane, others.albedo.lane(from));
-        set_lane(&mut self.cos_o, lane, others.cos_o.as_array()[from]);
-        set_lane(&mut self.agrees, lane, others.agrees.as_array()[from]);
-        set_lane(&mut self.offset, lane, others.offset.as_array()[from]);
-        set_lane(&mut self.survival, lane, others.survival.as_array()[from]);
+        self.cos_o.set_lane(lane, others.cos_o.as_array()[from]);
+        self.agrees.set_lane(lane, others.agrees.as_array()[from]);
+        self.offset.set_lane(lane, others.offset.as_array()[from]);
+        self.survival
+            .set_lane(lane, others.survival.as_array()[from]);
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for unit directions in the world, as by
     /// [`Vertex::eval`].
     #[inline(always)]
-    pub(super) fn eval(&self, wi: Vec3x8) -> EvalX8 {
+    pub(super) fn eval(&self, wi: Vec3x8) -> Evals<f32x8> {
         self.eval_by((self.normal, self.cos_o, self.agrees), wi)
     }
 
     /// As by [`Vertex::eval_seen_from`]; not for primary hits, see [`VerticesX8::rows`].
     #[inline(always)]
-    pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> EvalX8 {
+    pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> Evals<f32x8> {
         self.eval_by(seen_from(self.ng, self.ns, wo), wi)
     }
 
     /// With what [`seen_from`] says.
     #[inline(always)]
-    fn eval_by(&self, (normal, cos_o, agrees): (Vec3x8, f32x8, f32x8), wi: Vec3x8) -> EvalX8 {
+    fn eval_by(&self, (normal, cos_o, agrees): (Vec3x8, f32x8, f32x8), wi: Vec3x8) -> Evals<f32x8> {
         let cos_i = normal.dot(wi);
-        let mut eval = lambert::eval_x8(self.albedo, cos_o, cos_i);
+        let mut eval = lambert::eval(self.albedo, cos_o, cos_i);
         eval.holds &= agrees & positive(self.ng.dot(wi) * cos_i);
         eval
     }
@@ -233,8 +231,8 @@ impl VerticesX8 {
     pub(super) fn scatter(&self, k: u32, throughput: Vec3x8, u: &[f32x8; 4]) -> ScatteringX8 {
         let &[u0, u1, _, u_roulette] = u;
         let survival = self.survival(k);
-        let (local, eval) = lambert::sample_x8(self.albedo, self.cos_o, [u0, u1]);
-        let wi = FrameX8::new(self.normal).to_world(local);
+        let (local, eval) = lambert::sample(self.albedo, self.cos_o, [u0, u1]);
+        let wi = Frame::new(self.normal).to_world(local);
         let wi = wi * wi.length_recip();
         let agrees = positive(self.ng.dot(wi) * local.z);
         let pdf = eval.pdf * survival;
@@ -261,7 +259,7 @@ impl VerticesX8 {
     #[inline(always)]
     pub(super) fn rays(&self, direction: Vec3x8) -> RaysX8 {
         RaysX8 {
-            origin: offset_origin_x8(self.position, self.ng, self.offset, direction),
+            origin: offset_origin(self.position, self.ng, self.offset, direction),
             direction,
             length: f32x8::splat(f32::INFINITY),
         }
@@ -271,8 +269,8 @@ impl VerticesX8 {
     #[inline(always)]
     pub(super) fn rays_to(&self, position: Vec3x8, ng: Vec3x8, offset: f32x8) -> RaysX8 {
         let towards = position - self.position;
-        let origin = offset_origin_x8(self.position, self.ng, self.offset, towards);
-        let end = offset_origin_x8(position, ng, offset, -towards);
+        let origin = offset_origin(self.position, self.ng, self.offset, towards);
+        let end = offset_origin(position, ng, offset, -towards);
         RaysX8 {
             origin,
             direction: end - origin,
@@ -304,11 +302,12 @@ impl VerticesX8 {
     /// The lights as they are seen from here.
     #[inline(always)]
     pub(super) fn see(&self, light: &LightSamplesX8) -> SeenX8 {
-        let (wi, g, holds) = solid_angle_per_area_x8(self.position, light.position, light.ng);
+        let seen = Seen::new(self.position, light.position, light.ng);
+        let from_front = negative(light.ng.dot(seen.direction));
         SeenX8 {
-            wi,
-            per_density: g / light.density,
-            holds: light.holds & holds & negative(light.ng.dot(wi)),
+            wi: seen.direction,
+            per_density: seen.solid_angle_per_area / light.density,
+            holds: light.holds & seen.holds & from_front,
         }
     }
 }
