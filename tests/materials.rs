@@ -132,7 +132,8 @@ fn models_that_reflect() {
             remarked(&at("Ks .9;Kd .5"), &["Kd", &format!("illum {illum}")]),
             mirror(0.9)
         );
-        // A weak reflection over a bright colour does not hide it.
+        // A reflection that does not hide the colour below is a coat over it.
+        assert_eq!(coat(&at("Kd .8 .1 .1;Ks .5 .4 .4;Ns 8;Ni 1.5;d 1")).f0, 0.5);
         let varnish = coat(&at("Kd .8 .2 .2;Ks .1 .1 .05;Ns 2000"));
         assert_eq!(varnish.f0, 0.1);
         assert!(varnish.is_smooth() && varnish.tint.abs_diff_eq(Vec3::new(1.0, 1.0, 0.5), 1e-6));
@@ -155,6 +156,20 @@ fn models_of_glass() {
         assert_eq!(
             bsdf(&format!("illum {illum};Kd .1;Ks .9")),
             glass(1.5, [1.0; 3])
+        );
+    }
+    // A textured surface of a program that writes illum 7 for all of them.
+    for opaque in [
+        "illum 7;Ka 1;Kd .2 .5 .2;Ks 1;Ns 0",
+        "illum 6;Kd .2 .5 .2;Ks 0;Ns 9;Ni 1;d 1",
+    ] {
+        assert_eq!(remarked(opaque, &["opaque", "illum"]), GREEN);
+    }
+    for clear in ["Ni 1.5", "d .5", "Tf .9 1 .9"] {
+        let statements = format!("illum 7;Kd .2 .5 .2;Ks 1;Ns 50;{clear}");
+        assert!(
+            matches!(bsdf(&statements), Bsdf::Glass { ior: 1.5, .. }),
+            "{clear}"
         );
     }
     // 4 is glass where d or Tf says so.
@@ -236,6 +251,7 @@ fn opacities() {
         let statements = format!("Kd .2 .5 .2;{opaque}");
         assert_eq!(remarked(&statements, &["invisible"]), GREEN, "{opaque}");
     }
+    assert_eq!(bsdf("Kd .2 .5 .2;d .9999"), GREEN);
     assert_eq!(bsdf("Kd .2 .5 .2;d 1;Tr 1"), GREEN);
     assert_eq!(bsdf("Kd .2 .5 .2;d 1;Tr 0"), GREEN);
 }

@@ -2,7 +2,7 @@
 //! README.
 
 use super::material::{Class, Material, SMOOTHEST_ALPHA};
-use super::passage::{Passage, passage};
+use super::passage::{FAINT, Passage, passage};
 use super::ranges;
 use super::texture::{Meaning, Texture};
 use super::textured::{Relief, Textures};
@@ -22,10 +22,8 @@ const MIRROR_EXPONENT: f32 = 1000.0;
 const COAT_INDEX: f32 = 1.5;
 /// Phong exponent of a surface with `Ks` and without `Ns`.
 const DULL_EXPONENT: f32 = 10.0;
-/// Beside what reflects, a `Kd` up to here is not worth a word.
-const FAINT: f32 = 0.05;
-/// What reflects at least so much hides a Lambert part.
-const STRONG: f32 = 0.5;
+/// A Lambert part of which what reflects leaves more than this share of light is not left out.
+const VISIBLE: f32 = 0.12;
 
 impl Material {
     /// Interprets an MTL material, by the tables of the README. `path` is for messages.
@@ -274,7 +272,8 @@ impl Reading<'_> {
             return Ok(Some((conductor(kd, alpha, textured), maps.kd.clone())));
         }
         if bright && !emits {
-            if ks.max_element() < STRONG && maps.ks.is_none() {
+            let left = kd.max_element() * (1.0 - ks.max_element());
+            if left > VISIBLE && maps.ks.is_none() {
                 return Ok(None);
             }
             let illum = self.m.illum.unwrap_or_default();

@@ -32,50 +32,73 @@ const DARK_FILTER: f32 = 0.2;
 /// Programs round what they write.
 const ROUNDING: f32 = 1e-3;
 
-/// How light passes a material whose values are in their ranges, and a remark where the file says something else
-/// than it means.
-pub fn passage(m: &MtlMaterial) -> (Passage, Option<&'static str>) {
-    let (filter, remark) = filter(m);
+/// A `Kd` up to here is not worth a word.
+pub const FAINT: f32 = 0.05;
+
+/// A passage, and a remark where the file says something else than it means.
+type Remarked = (Passage, Option<&'static str>);
+
+/// How light passes a material whose values are in their ranges.
+pub fn passage(m: &MtlMaterial) -> Remarked {
+    let (tint, remark) = filter(m);
     let glass = Passage::Glass {
         ior: m.ni.unwrap_or(GLASS_INDEX),
-        tint: filter,
-    };
-    let straight = |opacity: f32| Passage::Straight {
-        opacity,
-        tint: filter,
+        tint,
     };
     // Programs that know no index write 1.
     let bends = m.ni.is_some_and(|ni| (ni - 1.0).abs() >= SAME_INDEX);
-    let see_through = m.opacity.is_some_and(|d| d < 1.0);
-    match (m.illum, m.opacity) {
-        (Some(6 | 7 | 9), _) => (glass, remark),
-        // Maya writes illum 4 for all materials, with a Tf of 1 where they are opaque.
-        (Some(4), _) if see_through && (bends || m.ni.is_none()) => (glass, remark),
-        (Some(4), None | Some(1.0)) => match m.tf.map(Vec3::from) {
-            Some(tf) if is_grey(tf) && tf.x < 1.0 - ROUNDING => {
-                if bends || m.ni.is_none() {
-                    (glass, remark)
-                } else {
-                    // There Tf is what is not transparent.
-                    let remark = "its grey Tf beside illum 4 and Ni 1 is taken as its opacity";
-                    let passage = Passage::Straight {
-                        opacity: tf.x.max(ROUNDING),
-                        tint: Vec3::ONE,
-                    };
-                    (passage, Some(remark))
-                }
-            }
-            Some(tf) if !is_grey(tf) || (bends && m.opacity.is_none()) => (glass, remark),
-            _ => (Passage::Opaque, None),
-        },
-        (_, Some(d)) if d < 1.0 && bends => (glass, remark),
-        (_, Some(d)) if d <= 0.0 => {
-            let remark = "would be invisible (d 0, or Tr 1, which some programs write for 1); it is taken as opaque";
+    let opacity = m.opacity.filter(|&d| d < 1.0 - ROUNDING);
+    match m.illum {
+        Some(6 | 7 | 9) if opacity.is_some() || bends || tint != Vec3::ONE || !is_shaded(m) => {
+            (glass, remark)
+        }
+        Some(6 | 7 | 9) => {
+            let remark = "has a colour and a highlight, and for its illum no transparent d, Tf or Ni; it is taken \
+                 as opaque";
             (Passage::Opaque, Some(remark))
         }
-        (_, Some(d)) if d < 1.0 => (straight(d), remark),
-        _ => (Passage::Opaque, None),
+        Some(4) if opacity.is_some() && m.ni.is_none() => (glass, remark),
+        Some(4) if opacity.is_none() => by_filter(m, bends, (glass, remark)),
+        _ => match opacity {
+            None => (Passage::Opaque, None),
+            Some(_) if bends => (glass, remark),
+            Some(d) if d <= ROUNDING => {
+                let remark = "would be invisible (d 0, or Tr 1, which some programs write for 1); it is taken as \
+                     opaque";
+                (Passage::Opaque, Some(remark))
+            }
+            Some(opacity) => (Passage::Straight { opacity, tint }, remark),
+        },
     }
+}
+
+/// Of illum 4 without a transparent `d`, which is `glass` where `Tf` says so. Maya writes it for all materials,
+/// with a `Tf` of 1 where they are opaque.
+fn by_filter(m: &MtlMaterial, bends: bool, glass: Remarked) -> Remarked {
+    let Some(tf) = m.tf.map(Vec3::from) else {
+        return (Passage::Opaque, None);
+    };
+    let is_white = is_grey(tf) && tf.x >= 1.0 - ROUNDING;
+    if is_white && !(bends && m.opacity.is_none()) {
+        (Passage::Opaque, None)
+    } else if is_grey(tf) && !bends && m.ni.is_some() {
+        let passage = Passage::Straight {
+            opacity: tf.x.max(ROUNDING),
+            tint: Vec3::ONE,
+        };
+        let remark =
+            "its grey Tf beside illum 4 and Ni 1 is taken as its opacity, as Maya writes it";
+        (passage, Some(remark))
+    } else {
+        glass
+    }
+}
+
+/// Whether there is something to see of a surface that is opaque, as programs write it with illum 7 for all
+/// materials.
+fn is_shaded(m: &MtlMaterial) -> bool {
+    let bright = m.kd.is_some_and(|kd| Vec3::from(kd).max_element() > FAINT);
+    (bright || m.map("map_kd").is_some()) && m.ks.is_some() && m.ns.is_some()
 }
 
 /// What `Tf` leaves of light on its way through a body, and a remark where it is left out.
