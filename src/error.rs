@@ -72,6 +72,19 @@ impl Error {
     }
 }
 
+/// Names that a message lists at most.
+const LISTED: usize = 12;
+
+/// Names in quotes with commas between them; of many the first ones.
+pub fn listed<T: AsRef<str>>(names: &[T]) -> String {
+    let quoted = |name: &T| format!("'{}'", name.as_ref());
+    let first: Vec<String> = names.iter().take(LISTED).map(quoted).collect();
+    match names.len().saturating_sub(LISTED) {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
 /// Collects warnings, or refuses the first one.
 #[derive(Debug, Default)]
 pub struct Warnings {

@@ -11,6 +11,7 @@ use gdpt::load::obj::ObjFile;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::render::Method;
 use gdpt::scene::material::{Class, Material};
+use gdpt::scene::remarks::Remarks;
 use gdpt::scene::{Scene, SceneSettings};
 use glam::Vec3;
 use std::path::Path;
@@ -27,9 +28,9 @@ fn parse(statements: &str) -> MtlMaterial {
 
 /// The material that MTL statements, separated by semicolons, make, and what is said about it.
 fn read(statements: &str) -> (Material, Vec<String>) {
-    let mut warnings = Warnings::new(false);
-    let m = parse(statements);
-    let material = Material::from_mtl(&m, 0.1, Path::new("x.obj"), &mut warnings).unwrap();
+    let (mut remarks, mut warnings) = (Remarks::default(), Warnings::new(false));
+    let material = Material::from_mtl(&parse(statements), 0.1, &mut remarks);
+    remarks.report(Path::new("x.obj"), &mut warnings).unwrap();
     (material, warnings.list().to_vec())
 }
 
@@ -287,6 +288,47 @@ fn values_outside_of_their_ranges_are_brought_inside() {
     ] {
         assert_eq!(remarked(statements, &[words]), wanted, "{statements}");
     }
+}
+
+/// One message for all that it is about; nothing about what no triangle has.
+#[test]
+fn remarks_are_made_once() {
+    let named = |name: &str, statements: &str| MtlMaterial {
+        name: name.to_owned(),
+        ..parse(statements)
+    };
+    let materials = vec![
+        named("a", "Kd .5;Tr 1"),
+        named("b", "Kd .7;Tr 1"),
+        named("c", "Kd .2;Tr 1;Ns -7"),
+        named("unused", "Kd .2;Tr 1;Ns -7"),
+    ];
+    let file = ObjFile {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]; 3],
+        material_of: vec![0, 1, 2],
+        materials,
+        ..Default::default()
+    };
+    let settings = SceneSettings {
+        size: (4, 4),
+        environment: Some(Vec3::ONE.into()),
+        roughness_threshold: 0.01,
+        ..Default::default()
+    };
+    let mut warnings = Warnings::new(false);
+    Scene::build(Path::new("x.obj"), file, &settings, &mut warnings).unwrap();
+    let [invisible, range] = warnings.list() else {
+        panic!("{:?}", warnings.list());
+    };
+    assert!(
+        invisible.starts_with("x.obj: materials 'a', 'b', 'c': d 0 "),
+        "{invisible}"
+    );
+    assert!(
+        range.starts_with("x.obj: material 'c': outside of its range, Ns -7 "),
+        "{range}"
+    );
 }
 
 /// Polygons of a shape, each with a material.

@@ -168,10 +168,8 @@ fn meshlab() {
             area: 5.0 * 3f64.sqrt() * 2.0 * 2.0, // edges of length 2
             bounds: [[-golden; 3], [golden; 3]],
             warnings: &[
-                "meshlab.obj: material 'material_0': would be invisible (d 0, or Tr 1, which some programs \
-                 write for 1); it is taken as opaque",
-                "meshlab.obj: material 'material_1': would be invisible (d 0, or Tr 1, which some programs \
-                 write for 1); it is taken as opaque",
+                "meshlab.obj: materials 'material_0', 'material_1': d 0 (or Tr 1, as some programs write it) \
+                 would be invisible: taken as opaque",
                 NO_LIGHT,
             ],
         },

@@ -2,12 +2,9 @@
 
 use super::library::Named;
 use super::mtl::MtlMaterial;
-use crate::error::{Result, Warnings};
+use crate::error::{Result, Warnings, listed};
 use std::collections::HashMap;
 use std::path::Path;
-
-/// Names that a message lists at most.
-const LISTED: usize = 12;
 
 /// Which of `materials` each of the names in `used` means. Of a name that is not defined it is one of about the
 /// same spelling, or the only one that nothing else uses if there are one and one; else an empty one, which is
@@ -60,7 +57,7 @@ pub fn meant(
     // The rest are grey.
     let left: Vec<usize> = (0..used.len()).filter(|&i| meant[i].is_none()).collect();
     if let Some(&first) = left.first() {
-        let names = left.iter().map(|&i| format!("'{}'", used[i].0));
+        let names: Vec<&str> = left.iter().map(|&i| used[i].0.as_str()).collect();
         let (noun, verb) = match left.len() {
             1 => ("material", "is"),
             _ => ("materials", "are"),
@@ -69,11 +66,10 @@ pub fn meant(
             "{}:{}: {noun} {} {verb} not defined; grey is used instead",
             path.display(),
             used[first].1,
-            listed(names)
+            listed(&names)
         );
         if !defined.is_empty() {
-            let names = listed(defined.iter().map(|name| format!("'{name}'")));
-            message += &format!(" (defined: {names})");
+            message += &format!(" (defined: {})", listed(&defined));
         }
         warnings.push(message)?;
     }
@@ -89,16 +85,6 @@ pub fn meant(
 
 fn spelling(name: &str) -> String {
     name.to_lowercase().replace(['_', '-', '.'], " ")
-}
-
-/// Names with commas between them; of many the first ones.
-fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
-    let more = names.len().saturating_sub(LISTED);
-    let text = names.take(LISTED).collect::<Vec<_>>().join(", ");
-    match more {
-        0 => text,
-        more => format!("{text} and {more} more"),
-    }
 }
 
 #[cfg(test)]

@@ -4,15 +4,14 @@
 use super::material::{Class, Material, SMOOTHEST_ALPHA};
 use super::passage::{FAINT, Passage, passage};
 use super::ranges;
+use super::remarks::{Kind, Remarks};
 use super::texture::{Meaning, Texture};
 use super::textured::{Relief, Textures};
 use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::SAME_INDEX;
 use crate::bsdf::plastic::{self, Coat};
-use crate::error::{Result, Warnings};
 use crate::load::mtl::MtlMaterial;
 use glam::Vec3;
-use std::path::Path;
 
 /// Diffuse reflectance of what has no `Kd`.
 const GREY: f32 = 0.5;
@@ -26,22 +25,27 @@ const DULL_EXPONENT: f32 = 10.0;
 const VISIBLE: f32 = 0.12;
 
 impl Material {
-    /// Interprets an MTL material, by the tables of the README. `path` is for messages.
-    pub fn from_mtl(
-        m: &MtlMaterial,
-        roughness_threshold: f32,
-        path: &Path,
-        warnings: &mut Warnings,
-    ) -> Result<Self> {
+    /// Interprets an MTL material, by the tables of the README.
+    pub fn from_mtl(m: &MtlMaterial, roughness_threshold: f32, remarks: &mut Remarks) -> Self {
         let (m, changes) = ranges::clamped(m);
-        let maps = Maps::of(&m);
-        let mut reading = Reading { m, path, warnings };
         if !changes.is_empty() {
-            reading.warn(&format!("outside of its range, {}", changes.join(", ")))?;
+            let what = format!("outside of its range, {}", changes.join(", "));
+            remarks.add(Kind::Warning, &m.name, what);
         }
-        let emission = reading.emission(&maps);
-        let colours = reading.colours(&maps);
-        let (bsdf, colour_map) = reading.scattering(&colours, &maps, emission.is_some())?;
+        let maps = Maps::of(&m);
+        let emission = emission(&m, &maps);
+        // What a light scatters does not matter.
+        let mut unheard = Remarks::default();
+        let mut reading = Reading {
+            m: &m,
+            colours: Colours::of(&m, &maps),
+            maps: &maps,
+            remarks: match emission {
+                Some(_) => &mut unheard,
+                None => remarks,
+            },
+        };
+        let (bsdf, colour_map) = reading.scattering();
         let class = match emission {
             Some(_) => Class::Rough,
             None => Class::of(&bsdf, roughness_threshold),
@@ -55,15 +59,15 @@ impl Material {
             relief: maps.relief,
             roughness_threshold,
         };
-        Ok(Self {
-            name: reading.m.name,
+        Self {
+            name: m.name,
             bsdf,
             texel: bsdf.texel(),
             textures: textures.any().then(|| Box::new(textures)),
             class,
             emission,
             survival,
-        })
+        }
     }
 
     /// The texture that cuts holes into the surface.
@@ -117,6 +121,23 @@ struct Colours {
 }
 
 impl Colours {
+    fn of(m: &MtlMaterial, maps: &Maps) -> Self {
+        let plain = |given: Option<[f32; 3]>, map: &str| {
+            if is_missing(m, map) {
+                Some([GREY; 3])
+            } else {
+                given
+            }
+        };
+        let ks = plain(m.ks, "map_ks");
+        Self {
+            kd: plain(m.kd, "map_kd").unwrap_or([GREY; 3]).into(),
+            ks: ks.unwrap_or_default().into(),
+            ks_given: ks.is_some(),
+            ks_textured: maps.ks.is_some(),
+        }
+    }
+
     /// Metals have the colour `Ks`; files that know of metals alone (`Pm`) may give it as `Kd`.
     fn metal_is_kd(&self, m: &MtlMaterial) -> bool {
         !self.ks_given && !self.ks_textured && m.pm.is_some()
@@ -135,95 +156,61 @@ impl Colours {
     }
 }
 
-/// An MTL material being read, with what messages need.
+/// Emitted radiance, or the factor on its texture.
+fn emission(m: &MtlMaterial, maps: &Maps) -> Option<Vec3> {
+    let emission = m.ke.map_or(Vec3::ZERO, Vec3::from);
+    if maps.ke.is_some() && emission == Vec3::ZERO {
+        return Some(Vec3::ONE);
+    }
+    (emission != Vec3::ZERO).then_some(emission)
+}
+
+/// What scatters, and the texture of [`Bsdf::colour`].
+type Scattering = (Bsdf, Option<Texture>);
+
+/// An MTL material being read, and what there is to say about it.
 struct Reading<'a> {
-    m: MtlMaterial,
-    path: &'a Path,
-    warnings: &'a mut Warnings,
+    m: &'a MtlMaterial,
+    colours: Colours,
+    maps: &'a Maps,
+    remarks: &'a mut Remarks,
 }
 
 impl Reading<'_> {
-    fn message(&self, what: &str) -> String {
-        format!(
-            "{}: material '{}': {what}",
-            self.path.display(),
-            self.m.name
-        )
-    }
-
-    fn warn(&mut self, what: &str) -> Result<()> {
-        self.warnings.push(self.message(what))
-    }
-
-    /// Emitted radiance, or the factor on its texture.
-    fn emission(&self, maps: &Maps) -> Option<Vec3> {
-        let emission = self.m.ke.map_or(Vec3::ZERO, Vec3::from);
-        if maps.ke.is_some() && emission == Vec3::ZERO {
-            return Some(Vec3::ONE);
-        }
-        (emission != Vec3::ZERO).then_some(emission)
-    }
-
-    fn colours(&self, maps: &Maps) -> Colours {
-        let m = &self.m;
-        let plain = |given: Option<[f32; 3]>, map: &str| {
-            if is_missing(m, map) {
-                Some([GREY; 3])
-            } else {
-                given
-            }
-        };
-        let ks = plain(m.ks, "map_ks");
-        Colours {
-            kd: plain(m.kd, "map_kd").unwrap_or([GREY; 3]).into(),
-            ks: ks.unwrap_or_default().into(),
-            ks_given: ks.is_some(),
-            ks_textured: maps.ks.is_some(),
-        }
-    }
-
-    /// What scatters, and the texture of [`Bsdf::colour`].
-    fn scattering(
-        &mut self,
-        colours: &Colours,
-        maps: &Maps,
-        emits: bool,
-    ) -> Result<(Bsdf, Option<Texture>)> {
-        let metallic = self.m.pm.unwrap_or(0.0);
+    fn scattering(&mut self) -> Scattering {
+        let (m, maps, colours) = (self.m, self.maps, &self.colours);
+        let metallic = m.pm.unwrap_or(0.0);
         let textured = maps.pr.is_some();
         if metallic >= 1.0 {
-            let map = if colours.metal_is_kd(&self.m) {
+            let map = if colours.metal_is_kd(m) {
                 &maps.kd
             } else {
                 &maps.ks
             };
-            let alpha = pr_alpha(&self.m).unwrap_or(0.0);
-            return Ok((
-                conductor(colours.metal(&self.m), alpha, textured),
-                map.clone(),
-            ));
+            let alpha = pr_alpha(m).unwrap_or(0.0);
+            return (conductor(colours.metal(m), alpha, textured), map.clone());
         }
-        let (passage, remark) = passage(&self.m);
-        if let Some(remark) = remark.filter(|_| !emits) {
-            self.warnings.note(self.message(remark));
+        let (passage, remark) = passage(m);
+        if let Some(remark) = remark {
+            self.remarks.add(Kind::Note, &m.name, remark);
         }
         let (opacity, through) = match passage {
             Passage::Glass { ior, tint } => {
-                let alpha = pr_alpha(&self.m).unwrap_or(0.0);
-                return Ok((glass(ior, alpha, tint, textured), None));
+                let alpha = pr_alpha(m).unwrap_or(0.0);
+                return (glass(ior, alpha, tint, textured), None);
             }
             Passage::Straight { opacity, tint } => (opacity, (1.0 - opacity) * tint),
             Passage::Opaque => (1.0, Vec3::ZERO),
         };
-        let reflects = matches!(self.m.illum, Some(3 | 5 | 8)) && colours.has_ks();
+        let reflects = matches!(m.illum, Some(3 | 5 | 8)) && colours.has_ks();
         if reflects
             && opacity == 1.0
-            && let Some(metal) = self.reflector(colours, maps, emits)?
+            && let Some(metal) = self.reflector()
         {
-            return Ok(metal);
+            return metal;
         }
         // Programs that know no highlights write Ns 0 beside a white Ks.
-        let m = &self.m;
+        let colours = &self.colours;
         let shines = colours.has_ks() && m.ns.is_none_or(|ns| ns > 0.0);
         let coat = if reflects {
             Some(mirror_coat(m, colours, maps))
@@ -247,41 +234,36 @@ impl Reading<'_> {
             },
             None => Bsdf::Lambert { albedo },
         };
-        Ok((bsdf, maps.kd.clone()))
+        (bsdf, maps.kd.clone())
     }
 
-    /// What reflects by illum 3, 5 or 8 with the reflectance `Ks`; `None` where a Lambert part is too bright
-    /// beside it to be left out.
-    fn reflector(
-        &mut self,
-        colours: &Colours,
-        maps: &Maps,
-        emits: bool,
-    ) -> Result<Option<(Bsdf, Option<Texture>)>> {
-        let &Colours { kd, ks, .. } = colours;
-        let textured = maps.pr.is_some();
-        let alpha = alpha(&self.m, MIRROR_EXPONENT);
-        let has_kd = self.m.kd.is_some() || maps.kd.is_some();
-        let bright = has_kd && (kd.max_element() > FAINT || maps.kd.is_some());
+    /// What reflects by illum 3, 5 or 8 with the reflectance `Ks`; `None` where a Lambert part shows beside it.
+    fn reflector(&mut self) -> Option<Scattering> {
+        let (m, maps) = (self.m, self.maps);
+        let Colours { kd, ks, .. } = self.colours;
+        let alpha = alpha(m, MIRROR_EXPONENT);
+        let metal =
+            |f0, map: &Option<Texture>| (conductor(f0, alpha, maps.pr.is_some()), map.clone());
+        let shaded = maps.kd.is_some() || (m.kd.is_some() && kd.max_element() > FAINT);
+        if !shaded {
+            return Some(metal(ks, &maps.ks));
+        }
         // Blender writes illum 3 for metals, whose colour is Kd, beside the default of its dielectric's Ks.
-        let by_blender = self.m.illum == Some(3) && ks == Vec3::splat(0.5) && maps.ks.is_none();
-        if bright && by_blender && self.m.pm.is_none() {
-            let note =
+        let plain_half = ks == Vec3::splat(0.5) && maps.ks.is_none();
+        if plain_half && m.illum == Some(3) && m.pm.is_none() {
+            let what =
                 "illum 3 beside Ks 0.5 is taken as a metal of the colour Kd, as Blender writes it";
-            self.warnings.note(self.message(note));
-            return Ok(Some((conductor(kd, alpha, textured), maps.kd.clone())));
+            self.remarks.add(Kind::Note, &m.name, what);
+            return Some(metal(kd, &maps.kd));
         }
-        if bright && !emits {
-            let left = kd.max_element() * (1.0 - ks.max_element());
-            if left > VISIBLE && maps.ks.is_none() {
-                return Ok(None);
-            }
-            let illum = self.m.illum.unwrap_or_default();
-            self.warn(&format!(
-                "reflects by Ks and illum {illum}; its Kd is left out"
-            ))?;
+        let left = kd.max_element() * (1.0 - ks.max_element());
+        if left > VISIBLE && maps.ks.is_none() {
+            return None;
         }
-        Ok(Some((conductor(ks, alpha, textured), maps.ks.clone())))
+        let illum = m.illum.unwrap_or_default();
+        let what = format!("Ks and illum {illum} make a mirror; Kd is left out");
+        self.remarks.add(Kind::Warning, &m.name, what);
+        Some(metal(ks, &maps.ks))
     }
 }
 

@@ -10,6 +10,7 @@ pub mod material;
 pub mod mesh;
 mod passage;
 mod ranges;
+pub mod remarks;
 mod sheets;
 pub mod texture;
 pub mod textured;
@@ -26,6 +27,7 @@ use glam::Vec3;
 use light::Lights;
 use material::{Class, Material};
 use mesh::Mesh;
+use remarks::Remarks;
 use std::path::Path;
 use std::sync::Arc;
 use xxhash_rust::xxh3::Xxh3;
@@ -111,11 +113,7 @@ impl Scene {
                  at most {MAX_PIXELS} pixels"
             )));
         }
-        let mut materials = obj
-            .materials
-            .iter()
-            .map(|m| Material::from_mtl(m, settings.roughness_threshold, path, warnings))
-            .collect::<Result<Vec<_>>>()?;
+        let mut materials = materials(&obj, settings.roughness_threshold, path, warnings)?;
         sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
         let opacity = obj.materials.iter().map(Material::opacity).collect();
         let mesh = Mesh::new(obj, opacity);
@@ -169,6 +167,27 @@ impl Scene {
         hasher.update(format!("{rest:?}").as_bytes());
         hasher.digest()
     }
+}
+
+/// What the file's materials mean, with remarks on those that are in use.
+fn materials(
+    obj: &ObjFile,
+    roughness_threshold: f32,
+    path: &Path,
+    warnings: &mut Warnings,
+) -> Result<Vec<Material>> {
+    let mut in_use = vec![false; obj.materials.len()];
+    for &material in &obj.material_of {
+        in_use[material as usize] = true;
+    }
+    let (mut remarks, mut unheard) = (Remarks::default(), Remarks::default());
+    let read = |(m, in_use)| {
+        let remarks = if in_use { &mut remarks } else { &mut unheard };
+        Material::from_mtl(m, roughness_threshold, remarks)
+    };
+    let materials = obj.materials.iter().zip(in_use).map(read).collect();
+    remarks.report(path, warnings)?;
+    Ok(materials)
 }
 
 /// Whether it is a light or a Lambert surface.

@@ -53,7 +53,7 @@ pub fn passage(m: &MtlMaterial) -> Remarked {
             (glass, remark)
         }
         Some(6 | 7 | 9) => {
-            let remark = "has a colour and a highlight, and for its illum no transparent d, Tf or Ni; it is taken \
+            let remark = "a colour and a highlight, and beside illum 6, 7 or 9 no transparent d, Tf or Ni: taken \
                  as opaque";
             (Passage::Opaque, Some(remark))
         }
@@ -63,8 +63,8 @@ pub fn passage(m: &MtlMaterial) -> Remarked {
             None => (Passage::Opaque, None),
             Some(_) if bends => (glass, remark),
             Some(d) if d <= ROUNDING => {
-                let remark = "would be invisible (d 0, or Tr 1, which some programs write for 1); it is taken as \
-                     opaque";
+                let remark =
+                    "d 0 (or Tr 1, as some programs write it) would be invisible: taken as opaque";
                 (Passage::Opaque, Some(remark))
             }
             Some(opacity) => (Passage::Straight { opacity, tint }, remark),
@@ -86,8 +86,7 @@ fn by_filter(m: &MtlMaterial, bends: bool, glass: Remarked) -> Remarked {
             opacity: tf.x.max(ROUNDING),
             tint: Vec3::ONE,
         };
-        let remark =
-            "its grey Tf beside illum 4 and Ni 1 is taken as its opacity, as Maya writes it";
+        let remark = "a grey Tf beside illum 4 and Ni 1 is taken as the opacity, as Maya writes it";
         (passage, Some(remark))
     } else {
         glass
@@ -111,11 +110,11 @@ fn filter(m: &MtlMaterial) -> (Vec3, Option<&'static str>) {
         Some(d) if is_grey(tf) && (tf.x - d).abs() <= ROUNDING => (Vec3::ONE, None),
         None if is_grey(tf) && tf.x <= DARK_FILTER => {
             let remark =
-                "its dark grey Tf is taken as an opacity, not as a colour: its glass is clear";
+                "a dark grey Tf is taken as an opacity, not as a colour: the glass is clear";
             (Vec3::ONE, Some(remark))
         }
         _ if tf == Vec3::ZERO => {
-            let remark = "its Tf is black, which would let no light pass, and left out";
+            let remark = "a black Tf, which would let no light pass, is left out";
             (Vec3::ONE, Some(remark))
         }
         _ => (tf, None),
