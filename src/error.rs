@@ -47,6 +47,14 @@ pub enum Error {
         /// Why there is no picture.
         error: Box<Error>,
     },
+    /// Some of several scenes could not be rendered, each with an error of its own.
+    #[error("{failed} of {all} scenes failed")]
+    Scenes {
+        /// How many.
+        failed: usize,
+        /// Of how many.
+        all: usize,
+    },
     /// Warnings under `--strict`.
     #[error("{0} (an error because of --strict)")]
     Strict(String),
@@ -63,6 +71,11 @@ impl Error {
             line,
             message: message.into(),
         }
+    }
+
+    /// Whether nobody reads what was written: no reason to say so, to whom the reader's end is no surprise.
+    pub fn is_closed_pipe(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe)
     }
 
     /// For `map_err` on operations with the file `path`.

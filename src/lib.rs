@@ -31,12 +31,12 @@
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
-//! | [`output`] | EXR, PNG and JSON files, whole or not at all. | error, image, trace, shift, path |
+//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | sampler, filter, trace, gradient, render, reconstruct |
-//! | [`progress`] | What the user sees while it works. | render, output |
+//! | [`cli`] | The command line: definitions only. | sampler, filter, trace, gradient, render, reconstruct, output |
+//! | [`progress`] | What the user sees while it works. | error, render, output |
 //! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
 //!
 //! # A tour

@@ -1,14 +1,18 @@
 //! The program `gdpt`.
 
-use clap::Parser;
 use gdpt::app::{self, Ended};
 use gdpt::cli::{Cli, Command};
+use gdpt::error::Error;
+use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 const INTERRUPTED: u8 = 130;
+/// As a shell has it for a program that the signal ended which a closed pipe sends.
+const CLOSED_PIPE: u8 = 141;
 
 fn main() -> ExitCode {
     // Panics inside parsers of other crates become error messages; they need not be printed too.
@@ -27,11 +31,18 @@ fn main() -> ExitCode {
         let _ = writeln!(std::io::stderr(), "\n{message}");
     });
     if let Err(e) = handler {
-        eprintln!("warning: Ctrl-C will end at once, without a picture: {e}");
+        say(&format!(
+            "warning: Ctrl-C will end at once, without a picture: {e}"
+        ));
     }
 
     let stop = || STOP.load(Ordering::SeqCst);
-    let result = match Cli::parse().command {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let cli = match Cli::of(&arguments) {
+        Ok(cli) => cli,
+        Err(e) => return told(&e),
+    };
+    let result = match cli.command {
         Command::Render(args) => app::render::render(&args, &stop),
         Command::Reconstruct(args) => app::reconstruct::reconstruct(&args),
         Command::Compare(args) => app::compare::compare(&args),
@@ -45,9 +56,32 @@ fn main() -> ExitCode {
     match result {
         Ok(Ended::Done) => ExitCode::SUCCESS,
         Ok(Ended::Interrupted) => ExitCode::from(INTERRUPTED),
-        Err(e) => {
-            eprintln!("error: {e}");
-            ExitCode::FAILURE
-        }
+        Err(e) => failure(&e),
     }
+}
+
+/// Prints what the command line led to in place of a command: help, or what is wrong with it.
+fn told(e: &clap::Error) -> ExitCode {
+    let printed = e.print().and_then(|()| std::io::stdout().flush());
+    match printed {
+        Err(printing) if !e.use_stderr() => {
+            let path = Path::new("standard output");
+            failure(&Error::io(path, "cannot be written")(printing))
+        }
+        // An error that cannot be printed is one all the same.
+        _ => ExitCode::from(e.exit_code() as u8),
+    }
+}
+
+fn failure(e: &Error) -> ExitCode {
+    if e.is_closed_pipe() {
+        return ExitCode::from(CLOSED_PIPE);
+    }
+    say(&format!("error: {e}"));
+    ExitCode::FAILURE
+}
+
+/// To standard error, which may be closed or full.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

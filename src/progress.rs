@@ -1,6 +1,8 @@
 //! What the user sees while it works: a bar on a terminal, plain lines elsewhere, nothing if quiet.
 
+use crate::error::Result;
 use crate::output::stats::Stats;
+use crate::output::{name_of, print_beside};
 use crate::render::{Limits, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
@@ -91,25 +93,21 @@ impl Reporter {
         }
     }
 
-    /// All is written.
-    pub fn summary(&mut self, stats: &Stats, output: &Path) {
+    /// All is written: the picture to `output`, and what else there is to `others`.
+    pub fn summary(&mut self, stats: &Stats, output: &Path, others: &[&Path]) -> Result<()> {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
-        if !self.quiet {
-            let word = if stats.interrupted {
-                "interrupted; wrote"
-            } else {
-                "wrote"
-            };
-            // A closed pipe is no reason to fail once all is written.
-            let _ = writeln!(
-                std::io::stdout(),
-                "{}\n{word} {}",
-                stats.summary(),
-                output.display()
-            );
+        if self.quiet {
+            return Ok(());
         }
+        let word = if stats.interrupted {
+            "interrupted; wrote"
+        } else {
+            "wrote"
+        };
+        let text = format!("{}\n{word} {}\n", stats.summary(), name_of(output));
+        print_beside(&[&[output], others].concat(), &text)
     }
 }
 

@@ -216,8 +216,8 @@ fn what_cannot_be_compared_is_refused_in_one_line() {
         (vec![&text, &good], "no EXR file"),
         (vec![&good, "absent.exr"], "absent.exr"),
         (
-            vec![&good, &small, "--heatmap", "h.jpg"],
-            "the extension must be",
+            vec![&good, &small, "--heatmap", "h.tif"],
+            "--heatmap writes a .png",
         ),
         (
             vec![&good, &small, "--heatmap", &good],

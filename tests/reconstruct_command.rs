@@ -147,7 +147,7 @@ fn what_is_no_renders_file_is_refused() {
         ("reconstruct DIR/pt.exr -o DIR/o.exr", "dx"),
         ("reconstruct DIR/text.exr -o DIR/o.exr", "EXR"),
         ("reconstruct DIR/missing.exr -o DIR/o.exr", "missing.exr"),
-        ("reconstruct DIR/other.exr -o DIR/o.jpg", "extension"),
+        ("reconstruct DIR/other.exr -o DIR/o.tif", "extension"),
         ("reconstruct DIR/other.exr -o DIR/other.exr", "other.exr"),
         (
             "reconstruct --primal DIR/other.exr --dx DIR/other.exr --dy DIR/small.exr -o DIR/o.exr",

@@ -29,7 +29,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     }
     let outputs = [&args.json, &args.csv, &args.plot];
     let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
-    output::check_outputs(&args.scene, &outputs)?;
+    output::check_outputs(&[&args.scene], &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(false);
     let flags = SceneFlags::of_size(args.size);
@@ -46,7 +46,6 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     let rows = pool.install(|| measure::measure(&subjects, &recordings, args.runs, &mut progress));
     let _ = writeln!(std::io::stderr());
 
-    let _ = write!(std::io::stdout(), "{}", report::table(&rows));
     if let Some(path) = &args.json {
         report::json(path, &rows)?;
     }
@@ -58,6 +57,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
         let title = format!("{}: {triangles} triangles", args.scene.display());
         plot::svg(path, &title, &rows)?;
     }
+    output::print_beside(&outputs, &report::table(&rows))?;
     Ok(Ended::Done)
 }
 

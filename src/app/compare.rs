@@ -1,15 +1,15 @@
 //! `gdpt compare` from files to figures.
 
-use super::{Ended, Format, check_same_size};
+use super::{Ended, check_same_size};
 use crate::cli::CompareArgs;
 use crate::compare::{self, Comparison, Measured, References};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::load::exr;
+use crate::output::format::Encoding;
 use crate::output::{self, colour_map, write_json};
 use serde::Serialize;
-use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What `--json` writes.
 #[derive(Serialize)]
@@ -30,16 +30,13 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
             .into_iter()
             .chain(&args.second)
     };
-    if let Some(path) = &args.heatmap
-        && Format::of(path)? != Format::Png
-    {
-        return Err(Error::input(path, None, "--heatmap writes a .png"));
-    }
+    let heatmap = args.heatmap.as_deref();
+    let heatmap = heatmap.map(|path| Ok((path, Encoding::of("--heatmap", path)?)));
+    let heatmap = heatmap.transpose()?;
     let outputs = [&args.json, &args.heatmap];
     let outputs: Vec<&Path> = outputs.into_iter().flatten().map(|p| p.as_path()).collect();
-    for input in paths() {
-        output::check_outputs(input, &outputs)?;
-    }
+    let inputs: Vec<&Path> = paths().map(PathBuf::as_path).collect();
+    output::check_outputs(&inputs, &outputs)?;
 
     let image = picture(&args.image)?;
     let of_same_size = |path: &Path| {
@@ -61,7 +58,6 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
     };
 
     let comparison = compare::compare(&image, references);
-    let _ = write!(std::io::stdout(), "{}", table(&comparison));
     if let Some(path) = &args.json {
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
@@ -73,10 +69,11 @@ pub fn compare(args: &CompareArgs) -> Result<Ended> {
         };
         write_json(path, &report)?;
     }
-    if let Some(path) = &args.heatmap {
+    if let Some((path, encoding)) = heatmap {
         let errors = compare::relative_errors(&image, references);
-        colour_map::heat_map(&errors, image.width).write(path)?;
+        colour_map::heat_map(&errors, image.width).write(path, encoding)?;
     }
+    output::print_beside(&outputs, &table(&comparison))?;
     Ok(Ended::Done)
 }
 

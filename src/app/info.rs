@@ -5,14 +5,14 @@ use crate::bsdf::Bsdf;
 use crate::cli::InfoArgs;
 use crate::error::{Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
-use crate::output::{check_outputs, write_json};
+use crate::output::{check_outputs, print_beside, write_json};
 use crate::scene::Scene;
 use crate::scene::environment::Environment;
 use crate::scene::material::{Class, Material};
 use crate::scene::texture::Texture;
 use glam::Vec3;
 use serde::Serialize;
-use std::io::Write;
+use std::path::Path;
 
 /// Bytes of a triangle at the peak, while Embree builds its tree: measured with 10 million triangles.
 const BYTES_PER_TRIANGLE: usize = 144;
@@ -69,7 +69,7 @@ struct TextureInfo {
 /// Prints what the scene holds.
 pub fn info(args: &InfoArgs) -> Result<Ended> {
     if let Some(path) = &args.json {
-        check_outputs(&args.scene, &[path])?;
+        check_outputs(&[&args.scene], &[path])?;
     }
     let flags = SceneFlags::of_size(args.size);
     let mut warnings = Warnings::new(false);
@@ -95,10 +95,11 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
         memory_scene: BYTES_PER_TRIANGLE * scene.mesh.triangles.len() + texture_bytes(&scene),
         warnings: warnings.list().to_vec(),
     };
-    let _ = write!(std::io::stdout(), "{}", text(&info));
     if let Some(path) = &args.json {
         write_json(path, &info)?;
     }
+    let outputs: Vec<&Path> = args.json.iter().map(|p| p.as_path()).collect();
+    print_beside(&outputs, &text(&info))?;
     Ok(Ended::Done)
 }
 

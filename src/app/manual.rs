@@ -3,15 +3,14 @@
 use super::Ended;
 use crate::cli::{Cli, CompletionsArgs, ManArgs};
 use crate::error::{Error, Result};
+use crate::output::print;
 use clap::CommandFactory;
-use std::io::Write;
 
 /// Prints what makes a shell complete commands and flags.
 pub fn completions(args: &CompletionsArgs) -> Result<Ended> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "gdpt", &mut script);
-    // A closed pipe is no failure.
-    let _ = std::io::stdout().write_all(&script);
+    print(&String::from_utf8_lossy(&script))?;
     Ok(Ended::Done)
 }
 
@@ -21,7 +20,7 @@ pub fn man(args: &ManArgs) -> Result<Ended> {
         let mut page = Vec::new();
         let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
         rendered.expect("memory takes everything");
-        let _ = std::io::stdout().write_all(&page);
+        print(&String::from_utf8_lossy(&page))?;
         return Ok(Ended::Done);
     };
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "the folder cannot be made"))?;

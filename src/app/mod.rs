@@ -9,12 +9,13 @@ pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
 
-use crate::cli::{EnvironmentFlag, Reconstruct};
+use crate::cli::{EnvironmentFlag, Reconstruct, SizeFlag};
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
 use crate::load::sidecar::{CameraTable, EnvironmentTable};
 use crate::load::{obj, sidecar};
+use crate::output::format::{Encoding, Format};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
 use crate::scene::{EnvironmentSetting, Scene, SceneSettings};
 use std::path::Path;
@@ -28,45 +29,19 @@ pub enum Ended {
     Interrupted,
 }
 
-/// What a picture is written as, by the file's extension.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Exr,
-    Png,
-}
-
-impl Format {
-    fn of(path: &Path) -> Result<Self> {
-        match path
-            .extension()
-            .and_then(|e| e.to_str())
-            .map(str::to_ascii_lowercase)
-            .as_deref()
-        {
-            Some("exr") => Ok(Format::Exr),
-            Some("png") => Ok(Format::Png),
-            _ => Err(Error::input(
-                path,
-                None,
-                "the extension must be .exr or .png",
-            )),
-        }
-    }
-}
-
 /// What flags say of the scene. They win over the TOML.
 struct SceneFlags {
     camera: CameraTable,
     /// Which of the TOML's cameras.
     camera_name: Option<String>,
-    size: Option<(u32, u32)>,
+    size: Option<SizeFlag>,
     environment: Option<EnvironmentFlag>,
     roughness_threshold: f32,
 }
 
 impl SceneFlags {
     /// Nothing but a size, where one is given.
-    fn of_size(size: Option<(u32, u32)>) -> Self {
+    fn of_size(size: Option<SizeFlag>) -> Self {
         Self {
             camera: CameraTable::default(),
             camera_name: None,
@@ -77,6 +52,8 @@ impl SceneFlags {
     }
 }
 
+/// What a picture is written as where neither its name nor a flag says it.
+const MADE_UP_FORMAT: Format = Format::Display(Encoding::Png);
 /// Before the names of layers that hold half A of the samples.
 const HALF_A: &str = "half_a.";
 const MAX_THREADS: usize = 1024;
@@ -91,10 +68,11 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
     let toml = sidecar::load(path)?;
     let camera = toml.camera_named(flags.camera_name.as_deref())?;
     let camera = flags.camera.or(&camera);
-    let size = flags.size.unwrap_or((
+    let film = (
         toml.film.width.unwrap_or(DEFAULT_SIZE),
         toml.film.height.unwrap_or(DEFAULT_SIZE),
-    ));
+    );
+    let size = flags.size.map_or(film, |size| size.of_film(film));
     let mut environment = toml.environment;
     match flags.environment {
         Some(EnvironmentFlag::Radiance(radiance)) => {

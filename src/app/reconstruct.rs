@@ -1,16 +1,16 @@
 //! `gdpt reconstruct` from files to files.
 
-use super::{Ended, Format, HALF_A, check_same_size, reconstruction, thread_pool};
+use super::{Ended, HALF_A, check_same_size, reconstruction, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
 use crate::image::Image;
 use crate::load::exr::{self, ExrFile};
+use crate::output::format::Format;
 use crate::output::{self, exr::Layers, png::Pixels, stats::solving};
 use crate::picture::{self, Direct};
 use crate::progress::Reporter;
 use crate::reconstruct::{Alpha, Solution, Source};
-use std::io::Write;
 use std::path::Path;
 
 /// What the files hold.
@@ -28,10 +28,9 @@ struct Input {
 /// Makes the picture again.
 pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     let inputs = [&args.input, &args.primal, &args.dx, &args.dy, &args.direct];
-    for input in inputs.into_iter().flatten() {
-        output::check_outputs(input, &[&args.output])?;
-    }
-    let format = Format::of(&args.output)?;
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(|p| p.as_path()).collect();
+    output::check_outputs(&inputs, &[&args.output])?;
+    let format = Format::of(&args.output, args.format)?;
     let pool = thread_pool(args.threads)?;
     let mut input = match (&args.input, &args.primal, &args.dx, &args.dy) {
         (Some(path), ..) => own_file(path)?,
@@ -89,7 +88,9 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
 
     // File.
     match format {
-        Format::Png => Pixels::tone_mapped(&made.image, args.exposure).write(&args.output)?,
+        Format::Display(encoding) => {
+            Pixels::tone_mapped(&made.image, args.exposure).write(&args.output, encoding)?;
+        }
         Format::Exr => {
             let mut layers = Layers::default();
             layers.picture(&made.image);
@@ -121,7 +122,8 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         if let Some(error) = &made.error {
             text += &format!("\nestimated relMSE {:.2e}", error.rel_mse);
         }
-        let _ = writeln!(std::io::stdout(), "{text}\nwrote {}", args.output.display());
+        let text = format!("{text}\nwrote {}\n", output::name_of(&args.output));
+        output::print_beside(&[&args.output], &text)?;
     }
     Ok(Ended::Done)
 }

@@ -5,7 +5,9 @@ use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
 use crate::filter::Filter;
-use crate::output::{check_outputs, colour_map, write_whole};
+use crate::load::scene_name;
+use crate::output::format::Encoding;
+use crate::output::{check_outputs, colour_map, print, write_whole};
 use crate::path::{Counts, PathSettings};
 use crate::progress::Steps;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
@@ -31,12 +33,12 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
     let folder = &args.output;
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "cannot be made"))?;
     if let Some(scene) = &args.scene {
-        check_outputs(scene, &[&folder.join("spectrum.csv")])?;
+        check_outputs(&[scene], &[&folder.join("spectrum.csv")])?;
     }
     let pool = thread_pool(args.threads)?;
     let Some(path) = &args.scene else {
         let text = pool.install(|| one_dimension(folder))?;
-        print(args, &text);
+        tell(args, &text)?;
         return Ok(Ended::Done);
     };
 
@@ -59,15 +61,15 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
         let message = "has no light but what is seen directly: there are no errors to measure";
         return Err(Error::input(path, None, message));
     }
-    let stem = path.file_stem().unwrap_or_default();
-    let text = write(args, &stem.to_string_lossy(), &scene, &measured)?;
-    print(args, &text);
+    let text = write(args, &scene_name(path), &scene, &measured)?;
+    tell(args, &text)?;
     Ok(Ended::Done)
 }
 
-fn print(args: &SpectrumArgs, text: &str) {
-    if !args.quiet {
-        let _ = write!(std::io::stdout(), "{text}");
+fn tell(args: &SpectrumArgs, text: &str) -> Result<()> {
+    match args.quiet {
+        true => Ok(()),
+        false => print(text),
     }
 }
 
@@ -141,7 +143,7 @@ fn write(args: &SpectrumArgs, name: &str, scene: &Scene, measured: &Measured) ->
     ] {
         // The mean is in the middle of the colours.
         let relative: Vec<f32> = variances.iter().map(|v| (1e-3 * v / mean) as f32).collect();
-        colour_map::heat_map(&relative, width).write(&file(what))?;
+        colour_map::heat_map(&relative, width).write(&file(what), Encoding::Png)?;
     }
     Ok(summary(args, name, measured, &octaves, &alphas))
 }

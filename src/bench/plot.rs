@@ -4,7 +4,6 @@ use super::measure::Row;
 use crate::error::{Error, Result};
 use crate::output::{figure, write_whole};
 use plotters::prelude::*;
-use std::io::Write;
 use std::path::Path;
 
 const BAR: i32 = 13;

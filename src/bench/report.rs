@@ -3,7 +3,6 @@
 use super::measure::Row;
 use crate::error::Result;
 use crate::output::{write_json, write_whole};
-use std::io::Write;
 use std::path::Path;
 
 /// The table. A star marks the way that the renderer goes.

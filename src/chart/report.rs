@@ -4,11 +4,11 @@ use super::figures::{self, signed};
 use super::{Curve, Row, statistics};
 use crate::error::{Error, Result};
 use crate::output::figure::Figure;
+use crate::output::format::Encoding;
 use crate::output::png::Pixels;
 use crate::output::write_whole;
 use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use std::io::Write;
 use std::path::Path;
 
 const STYLE: &str = include_str!("report.css");
@@ -229,6 +229,6 @@ fn last_errors(curves: &[Curve]) -> Markup {
 
 /// A PNG inside the page.
 fn data(pixels: &Pixels) -> std::io::Result<String> {
-    let bytes = base64::engine::general_purpose::STANDARD.encode(pixels.encode()?);
+    let bytes = base64::engine::general_purpose::STANDARD.encode(pixels.encode(Encoding::Png)?);
     Ok(format!("data:image/png;base64,{bytes}"))
 }

@@ -1,6 +1,6 @@
 //! `gdpt bench`: definitions.
 
-use super::values::size;
+use super::values::{SizeFlag, size};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -48,7 +48,7 @@ pub struct BenchArgs {
     #[arg(long, default_value_t = 12)]
     pub depth: u32,
 
-    /// Picture size in pixels [default: the scene's, or 512x512]
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(u32, u32)>,
+    /// Picture size in pixels, or its width [default: the film's, or 512x512]
+    #[arg(long, value_name = "WxH|W", value_parser = size)]
+    pub size: Option<SizeFlag>,
 }

@@ -1,6 +1,6 @@
 //! `gdpt chart`: definitions.
 
-use super::values::{alpha, duration, size};
+use super::values::{SizeFlag, alpha, duration, size};
 use crate::gradient::Weights;
 use crate::reconstruct::Alpha;
 use crate::render::Method;
@@ -72,9 +72,9 @@ pub struct ChartArgs {
     #[arg(long, default_value_t = 12)]
     pub depth: u32,
 
-    /// Picture size in pixels [default: the scene's, or 512x512]
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(u32, u32)>,
+    /// Picture size in pixels, or its width [default: the film's, or 512x512]
+    #[arg(long, value_name = "WxH|W", value_parser = size)]
+    pub size: Option<SizeFlag>,
 
     /// Number of threads [default: all]
     #[arg(long)]

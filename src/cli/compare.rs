@@ -33,8 +33,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// Also write a picture of the relative squared errors: violet 1e-6 or less, green 1e-3, yellow 1 or
-    /// more
-    #[arg(long, value_name = "FILE.png")]
+    /// Also write a picture (.png or .jpg) of the relative squared errors: violet 1e-6 or less, green 1e-3,
+    /// yellow 1 or more
+    #[arg(long, value_name = "FILE")]
     pub heatmap: Option<PathBuf>,
 }

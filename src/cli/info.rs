@@ -1,6 +1,6 @@
 //! `gdpt info`: definitions.
 
-use super::values::size;
+use super::values::{SizeFlag, size};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ pub struct InfoArgs {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// Picture size in pixels [default: the scene's, or 512x512]
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(u32, u32)>,
+    /// Picture size in pixels, or its width [default: the film's, or 512x512]
+    #[arg(long, value_name = "WxH|W", value_parser = size)]
+    pub size: Option<SizeFlag>,
 }

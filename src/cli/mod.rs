@@ -8,6 +8,7 @@ mod manual;
 mod reconstruct;
 mod render;
 mod spectrum;
+mod suggest;
 mod values;
 
 pub use bench::BenchArgs;
@@ -18,22 +19,37 @@ pub use manual::{CompletionsArgs, ManArgs};
 pub use reconstruct::{Reconstruct, ReconstructArgs};
 pub use render::RenderArgs;
 pub use spectrum::SpectrumArgs;
-pub use values::EnvironmentFlag;
+pub use values::{EnvironmentFlag, SizeFlag};
 
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 
 /// A gradient-domain path tracer for OBJ scenes.
 #[derive(Debug, Parser)]
-#[command(name = "gdpt", version, about, max_term_width = 100)]
+#[command(
+    name = "gdpt",
+    version,
+    about,
+    max_term_width = 100,
+    args_override_self = true
+)]
 #[command(after_help = "\
 Examples:
-  gdpt render scene.obj -o out.exr        render it
+  gdpt render scene.obj                   render it into scene.png
   gdpt info scene.obj                     see what its materials became
   gdpt help render                        all flags of a command")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// Reads the arguments, of which the first is the program; an error says what was meant, where that can
+    /// be told.
+    pub fn of(arguments: &[OsString]) -> Result<Self, clap::Error> {
+        Self::try_parse_from(arguments).map_err(|e| suggest::improve(e, arguments))
+    }
 }
 
 /// What the program can do.

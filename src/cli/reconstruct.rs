@@ -1,6 +1,7 @@
 //! `gdpt reconstruct`: definitions.
 
 use super::values::alpha;
+use crate::output::format::Format;
 use crate::reconstruct::Alpha;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -36,9 +37,13 @@ pub struct ReconstructArgs {
     #[arg(long, value_name = "FILE.exr", requires = "primal")]
     pub direct: Option<PathBuf>,
 
-    /// Where the picture goes: .exr or .png (tone-mapped)
-    #[arg(short, long)]
+    /// Where the picture goes: a .exr, .png or .jpg (tone-mapped), or - for standard output
+    #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+
+    /// What is written where the output's name does not say it [default: png]
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
 
     /// How the picture is made [default: weighted, or l2 from three files]
     #[arg(long)]
@@ -49,7 +54,7 @@ pub struct ReconstructArgs {
     #[arg(long, value_parser = alpha)]
     pub alpha: Option<Alpha>,
 
-    /// Brighten PNG pictures by this many stops
+    /// Brighten .png and .jpg pictures by this many stops
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub exposure: f32,
 

@@ -1,6 +1,6 @@
 //! `gdpt spectrum`: definitions.
 
-use super::values::{positive, size};
+use super::values::{SizeFlag, positive, size};
 use crate::gradient::Weights;
 use crate::sampler::Points;
 use crate::trace::Backend;
@@ -63,9 +63,9 @@ pub struct SpectrumArgs {
     #[arg(long, default_value = Backend::DEFAULT.name())]
     pub backend: Backend,
 
-    /// Picture size in pixels [default: the scene's, or 512x512]
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub size: Option<(u32, u32)>,
+    /// Picture size in pixels, or its width [default: the film's, or 512x512]
+    #[arg(long, value_name = "WxH|W", value_parser = size)]
+    pub size: Option<SizeFlag>,
 
     /// Number of threads [default: all]
     #[arg(long)]

@@ -33,7 +33,7 @@ pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
 
 /// A vector, or the name of an axis.
 pub(super) fn up(text: &str) -> Result<[f32; 3], String> {
-    match text {
+    match text.to_ascii_lowercase().as_str() {
         "x" => Ok([1.0, 0.0, 0.0]),
         "y" => Ok([0.0, 1.0, 0.0]),
         "z" => Ok([0.0, 0.0, 1.0]),
@@ -62,11 +62,40 @@ pub(super) fn environment(text: &str) -> Result<EnvironmentFlag, String> {
     }
 }
 
-pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
-    let parts = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    parts.ok_or_else(|| "needs two whole numbers with x between, such as 640x480".into())
+/// How large a picture is to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SizeFlag {
+    /// Pixels across and down.
+    Exactly(u32, u32),
+    /// Pixels across, in the shape that it has without.
+    Width(u32),
+}
+
+impl SizeFlag {
+    /// Pixels across and down of what without is of the size `film`.
+    pub fn of_film(self, film: (u32, u32)) -> (u32, u32) {
+        match self {
+            Self::Exactly(width, height) => (width, height),
+            Self::Width(width) => {
+                let height = f64::from(width) * f64::from(film.1) / f64::from(film.0.max(1));
+                (width, height.round().max(1.0) as u32)
+            }
+        }
+    }
+}
+
+pub(super) fn size(text: &str) -> Result<SizeFlag, String> {
+    let size = match text.split_once(['x', 'X']) {
+        Some((w, h)) => w
+            .parse()
+            .ok()
+            .zip(h.parse().ok())
+            .map(|(w, h)| SizeFlag::Exactly(w, h)),
+        None => text.parse().ok().map(SizeFlag::Width),
+    };
+    size.ok_or_else(|| {
+        "needs width and height with x between, such as 640x480, or a width, such as 640".into()
+    })
 }
 
 pub(super) fn pixel(text: &str) -> Result<(u32, u32), String> {
@@ -107,12 +136,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_width_takes_the_shape_of_the_film() {
+        assert_eq!(SizeFlag::Width(640).of_film((512, 512)), (640, 640));
+        assert_eq!(SizeFlag::Width(640).of_film((1920, 1080)), (640, 360));
+        assert_eq!(SizeFlag::Width(3).of_film((1000, 1)), (3, 1));
+        assert_eq!(SizeFlag::Exactly(3, 4).of_film((1000, 1)), (3, 4));
+    }
+
+    #[test]
     fn values_are_parsed() {
         assert_eq!(vector("0, -1,4.5"), Ok([0.0, -1.0, 4.5]));
         for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
             assert!(vector(bad).is_err(), "{bad}");
         }
         assert_eq!(up("-z"), Ok([0.0, 0.0, -1.0]));
+        assert_eq!(up("Z"), Ok([0.0, 0.0, 1.0]));
         assert_eq!(up("0,1,1"), Ok([0.0, 1.0, 1.0]));
         assert!(up("w").is_err());
         let map = EnvironmentFlag::Map("a/sky.hdr".into());
@@ -125,8 +163,9 @@ mod tests {
         for bad in ["-1", "nan", "inf", "x", ""] {
             assert!(alpha(bad).is_err(), "{bad}");
         }
-        assert_eq!(size("640x480"), Ok((640, 480)));
-        for bad in ["640", "640x", "-1x3", "1e9x2"] {
+        assert_eq!(size("640x480"), Ok(SizeFlag::Exactly(640, 480)));
+        assert_eq!(size("640"), Ok(SizeFlag::Width(640)));
+        for bad in ["640x", "x480", "640.5", "-1", "-1x3", "1e9x2", ""] {
             assert!(size(bad).is_err(), "{bad}");
         }
         for (text, want) in [

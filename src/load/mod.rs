@@ -17,6 +17,7 @@ pub mod sidecar;
 mod text;
 
 use crate::error::{Error, Result};
+use std::path::Path;
 
 /// Largest number of pixels along one side of a picture.
 pub const MAX_SIDE: u32 = 1 << 16;
@@ -41,8 +42,19 @@ pub fn inside_parser() -> bool {
     PARSING.with(std::cell::Cell::get)
 }
 
+/// The name of a scene, for what belongs to it: its file's without `.obj` or `.obj.gz`; `stdin` for `-`,
+/// standard input.
+pub fn scene_name(path: &Path) -> String {
+    if path == Path::new("-") {
+        return "stdin".to_owned();
+    }
+    let without = find::beside(path, "");
+    let name = without.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
 /// The bytes of a file; a directory or an empty file is an error that says so.
-fn check_readable(path: &std::path::Path) -> Result<()> {
+fn check_readable(path: &Path) -> Result<()> {
     let meta = std::fs::metadata(path).map_err(Error::io(path, "cannot be read"))?;
     if meta.is_dir() {
         return Err(Error::input(path, None, "is a directory, not a file"));
@@ -51,4 +63,23 @@ fn check_readable(path: &std::path::Path) -> Result<()> {
         return Err(Error::input(path, None, "is empty"));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_are_named_without_what_says_that_they_are_scenes() {
+        for (path, name) in [
+            ("a/house.obj", "house"),
+            ("house.v2.OBJ", "house.v2"),
+            ("house.obj.gz", "house"),
+            ("house.gz", "house"),
+            ("house", "house"),
+            ("-", "stdin"),
+        ] {
+            assert_eq!(scene_name(Path::new(path)), name, "{path}");
+        }
+    }
 }

@@ -1,12 +1,12 @@
 //! Figures with two logarithmic axes, as SVG and as PNG.
 
+use super::format::Encoding;
 use super::png::Pixels;
 use super::write_whole;
 use crate::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
-use std::io::Write;
 use std::path::Path;
 use std::sync::Once;
 
@@ -81,7 +81,8 @@ impl Figure {
         write_whole(&path.with_extension("svg"), |file| {
             file.write_all(svg.as_bytes())
         })?;
-        self.pixels()?.write(&path.with_extension("png"))
+        self.pixels()?
+            .write(&path.with_extension("png"), Encoding::Png)
     }
 
     /// As the text of an SVG file.

@@ -1,34 +1,63 @@
-//! Pictures, figures and statistics to files: whole or not at all.
+//! Pictures, figures and statistics to files, whole or not at all, and to pipes and devices.
 
 pub mod colour_map;
 pub mod exr;
 pub mod figure;
+pub mod format;
+mod place;
 pub mod png;
+mod print;
 pub mod stats;
 
+pub use place::{check_outputs, is_stream, name_of, regular_file};
+pub use print::{print, print_beside};
+
 use crate::error::{Error, Result};
+use place::{Place, open_stream, temporary_beside};
 use serde::Serialize;
-use std::fs::Permissions;
-use std::io::{BufWriter, Seek, Write};
+use std::fs;
+use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
 
-/// What `write` writes to `path`, by way of a temporary file in the same folder that is renamed at the
-/// end: a reader never sees half a file, and a failure leaves what was there.
-pub fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
-) -> Result<()> {
+/// What a file is written to: pictures in EXR go back to write where their parts are.
+pub trait Sink: Write + Seek {}
+
+impl<T: Write + Seek> Sink for T {}
+
+/// What `write` writes to where `path` leads. A file is replaced by way of a temporary one in the same folder
+/// that is renamed at the end: a reader never sees half a file, and a failure leaves what was there. A link
+/// goes on being one. Pipes, devices, and what is open (/dev/stdout, /dev/fd/3; `-` is standard output) are
+/// written into.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Sink) -> io::Result<()>) -> Result<()> {
     let failed = |e| Error::io(path, "cannot be written")(e);
-    let mut file = temporary_beside(path).map_err(failed)?;
+    let mut bytes = Cursor::new(Vec::new());
+    match Place::of(path).map_err(failed)? {
+        Place::File(file) => replace(&file, write).map_err(failed),
+        Place::Stream(stream) => write(&mut bytes)
+            .and_then(|()| open_stream(&stream)?.write_all(bytes.get_ref()))
+            .map_err(failed),
+        Place::StandardOutput => {
+            write(&mut bytes).map_err(failed)?;
+            print::print_bytes(bytes.get_ref())
+        }
+    }
+}
+
+/// Replaces a regular file, or makes it.
+fn replace(path: &Path, write: impl FnOnce(&mut dyn Sink) -> io::Result<()>) -> io::Result<()> {
+    let mut file = temporary_beside(path)?;
+    // Who may read what is there may read what takes its place.
+    if let Ok(there) = fs::metadata(path) {
+        file.as_file().set_permissions(there.permissions())?;
+    }
     let mut buffer = BufWriter::new(file.as_file_mut());
-    write(&mut buffer)
-        .and_then(|()| buffer.flush())
-        .map_err(failed)?;
+    write(&mut buffer)?;
+    buffer.flush()?;
     drop(buffer);
     // A disk may find out only now that it is full.
-    file.as_file().sync_all().map_err(failed)?;
-    file.as_file_mut().rewind().map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
+    file.as_file().sync_all()?;
+    file.as_file_mut().rewind()?;
+    file.persist(path).map_err(|e| e.error)?;
     Ok(())
 }
 
@@ -38,61 +67,4 @@ pub fn write_json(path: &Path, value: &(impl Serialize + ?Sized)) -> Result<()> 
         serde_json::to_writer_pretty(&mut *file, value)?;
         file.write_all(b"\n")
     })
-}
-
-/// Whether a file can be written at `path`: found out before hours of rendering, not after.
-fn check_writable(path: &Path) -> Result<()> {
-    if path.is_dir() {
-        return Err(Error::input(
-            path,
-            None,
-            "is a directory; name a file in it",
-        ));
-    }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Error::input(
-            path,
-            None,
-            format!("the folder {} does not exist", folder.display()),
-        ));
-    }
-    temporary_beside(path)
-        .map(drop)
-        .map_err(Error::io(path, "cannot be written"))
-}
-
-/// Checks all files that a command is to write: possible, none of them its `input`, none named twice.
-pub fn check_outputs(input: &Path, outputs: &[&Path]) -> Result<()> {
-    let mut taken = vec![std::fs::canonicalize(input).unwrap_or_else(|_| input.to_path_buf())];
-    for path in outputs {
-        check_writable(path)?;
-        let folder = std::fs::canonicalize(folder_of(path)).unwrap_or_default();
-        let place = folder.join(path.file_name().unwrap_or_default());
-        if taken.contains(&place) {
-            return Err(Error::input(
-                path,
-                None,
-                "is named for two purposes; give each file its own name",
-            ));
-        }
-        taken.push(place);
-    }
-    Ok(())
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
-}
-
-fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".gdpt-").suffix(".part");
-    // As any new file; the process's umask is applied.
-    #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    builder.tempfile_in(folder_of(path))
 }

@@ -1,12 +1,16 @@
-//! PNG for looking at: 8 bits, sRGB.
+//! PNG and JPEG for looking at: 8 bits, sRGB.
 
+use super::format::Encoding;
 use super::write_whole;
 use crate::error::Result;
 use crate::image::{Image, to_srgb};
 use image::ImageEncoder;
+use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
-use std::io::Write;
 use std::path::Path;
+
+/// Of JPEG, from 1 to 100: where its marks are hard to see.
+const JPEG_QUALITY: u8 = 92;
 
 /// Pixels as displays show them.
 #[derive(Clone, Debug)]
@@ -31,21 +35,27 @@ impl Pixels {
         }
     }
 
-    /// As the bytes of a PNG file.
-    pub fn encode(&self) -> std::io::Result<Vec<u8>> {
+    /// As the bytes of a file.
+    pub fn encode(&self, encoding: Encoding) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let (width, height) = (self.width as u32, self.height as u32);
-        PngEncoder::new(&mut bytes)
-            .write_image(&self.rgb, width, height, image::ExtendedColorType::Rgb8)
-            .map_err(|e| match e {
-                image::ImageError::IoError(e) => e,
-                e => std::io::Error::other(e),
-            })?;
+        let colours = image::ExtendedColorType::Rgb8;
+        let encoded = match encoding {
+            Encoding::Png => {
+                PngEncoder::new(&mut bytes).write_image(&self.rgb, width, height, colours)
+            }
+            Encoding::Jpeg => JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY)
+                .write_image(&self.rgb, width, height, colours),
+        };
+        encoded.map_err(|e| match e {
+            image::ImageError::IoError(e) => e,
+            e => std::io::Error::other(e),
+        })?;
         Ok(bytes)
     }
 
-    /// Writes a PNG file.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        write_whole(path, |file| file.write_all(&self.encode()?))
+    /// Writes a file.
+    pub fn write(&self, path: &Path, encoding: Encoding) -> Result<()> {
+        write_whole(path, |file| file.write_all(&self.encode(encoding)?))
     }
 }

@@ -9,7 +9,8 @@ use crate::chart::{Row, Tracing, curves, figures, name_of, report};
 use crate::cli::{ChartArgs, ChartMethod, Reconstruct};
 use crate::error::{Error, Result, Warnings};
 use crate::gradient::Weights;
-use crate::output::{check_outputs, write_whole};
+use crate::load::scene_name;
+use crate::output::{check_outputs, print, write_whole};
 use crate::picture;
 use crate::progress::Steps;
 use crate::reconstruct;
@@ -75,11 +76,7 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
 /// A scene with its name.
 fn load(args: &ChartArgs, path: &Path, warnings: &mut Warnings) -> Result<(String, Scene)> {
     let flags = SceneFlags::of_size(args.size);
-    let stem = path.file_stem().unwrap_or_default();
-    Ok((
-        stem.to_string_lossy().into_owned(),
-        load_scene(path, flags, warnings)?,
-    ))
+    Ok((scene_name(path), load_scene(path, flags, warnings)?))
 }
 
 impl<'a> Plan<'a> {
@@ -94,11 +91,8 @@ impl<'a> Plan<'a> {
         }
         for path in &args.scenes {
             std::fs::metadata(path).map_err(Error::io(path, "cannot be read"))?;
-            let stems = args
-                .scenes
-                .iter()
-                .filter(|p| p.file_stem() == path.file_stem());
-            if stems.count() > 1 {
+            let name = scene_name(path);
+            if args.scenes.iter().filter(|p| scene_name(p) == name).count() > 1 {
                 let message = "another scene has the same name; chart them into two folders";
                 return Err(Error::input(path, None, message));
             }
@@ -134,9 +128,8 @@ impl<'a> Plan<'a> {
         }
         let store = Store::new(args.output.join("cache"))?;
         let page = args.output.join("report.html");
-        for scene in &args.scenes {
-            check_outputs(scene, &[&page])?;
-        }
+        let inputs: Vec<&Path> = args.scenes.iter().map(|p| p.as_path()).collect();
+        check_outputs(&inputs, &[&page])?;
         let run_seconds = args.time.as_secs_f64();
         Ok(Self {
             args,
@@ -172,22 +165,20 @@ impl<'a> Plan<'a> {
     fn write(&self, rows: &[Row], reports: &[SceneReport]) -> Result<()> {
         let folder = &self.args.output;
         let times = report::times(self.run_seconds);
+        let mut told = String::new();
         for scene in reports {
             let curves = curves(rows, &scene.name);
             let file = |kind: &str| folder.join(format!("{}-{kind}", scene.name));
             figures::against_seconds(&scene.name, &curves).write(&file("seconds.svg"))?;
             figures::against_samples(&scene.name, &curves).write(&file("samples.svg"))?;
-            let text = gains(&scene.name, &report::gain_table(&curves, &times), &times);
-            if !self.args.quiet {
-                let _ = write!(std::io::stdout(), "{text}");
-            }
+            told += &gains(&scene.name, &report::gain_table(&curves, &times), &times);
         }
         let page = folder.join("report.html");
         report::write(&page, reports, rows, &times, &self.settings())?;
-        if !self.args.quiet {
-            let _ = writeln!(std::io::stdout(), "wrote {}", page.display());
+        if self.args.quiet {
+            return Ok(());
         }
-        Ok(())
+        print(&format!("{told}wrote {}\n", page.display()))
     }
 
     fn settings(&self) -> Vec<(&'static str, String)> {

@@ -1,10 +1,14 @@
 //! The picture to its file, or to another place where that fails.
 
-use crate::app::{Format, HALF_A};
+use super::targets::Target;
+use crate::app::HALF_A;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
 use crate::film::{Film, FirstHits, Halves};
+use crate::load::scene_name;
 use crate::output::exr::Layers;
+use crate::output::format::Format;
+use crate::output::is_stream;
 use crate::output::png::Pixels;
 use crate::output::stats::Stats;
 use crate::picture::Picture;
@@ -14,6 +18,8 @@ use std::path::Path;
 /// What a render has made.
 pub(super) struct Made<'a> {
     pub(super) args: &'a RenderArgs,
+    pub(super) target: &'a Target<'a>,
+    /// The target's, or that of a view.
     pub(super) output: &'a Path,
     /// Where the samples are kept, if they are.
     pub(super) checkpoint: Option<&'a Path>,
@@ -25,17 +31,28 @@ pub(super) struct Made<'a> {
 
 /// Writes the picture. Where that fails it goes to the folder for temporary files or to the working
 /// directory: hours of rendering are not lost to a full disk. The error names where it is.
-pub(super) fn write(made: &Made, format: Format) -> Result<()> {
+pub(super) fn write(made: &Made) -> Result<()> {
     let args = made.args;
-    let to = |path: &Path| match format {
+    let to = |path: &Path| match made.target.format {
         Format::Exr => exr(path, made),
-        Format::Png => Pixels::tone_mapped(&made.picture.image, args.exposure).write(path),
+        Format::Display(encoding) => {
+            Pixels::tone_mapped(&made.picture.image, args.exposure).write(path, encoding)
+        }
     };
     let Err(error) = to(made.output) else {
         return Ok(());
     };
     let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
-    name.push(made.output.file_name().unwrap_or_default());
+    match made.output.file_name() {
+        Some(file) if !is_stream(made.output) => name.push(file),
+        _ => {
+            let (scene, extension) = (
+                scene_name(made.target.scene),
+                made.target.format.extension(),
+            );
+            name.push(format!("{scene}.{extension}"));
+        }
+    }
     let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
     for place in places
         .into_iter()
@@ -62,6 +79,7 @@ pub(super) fn write(made: &Made, format: Format) -> Result<()> {
 fn exr(path: &Path, made: &Made) -> Result<()> {
     let Made {
         args,
+        target: _,
         output: _,
         checkpoint: _,
         picture,

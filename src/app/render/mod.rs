@@ -5,15 +5,17 @@ mod files;
 mod limits;
 mod replay;
 mod saving;
+mod targets;
 mod turntable;
 
-use super::{Ended, Format, SceneFlags, load_scene, reconstruction, thread_pool};
+use super::{Ended, SceneFlags, load_scene, reconstruction, thread_pool};
 use crate::checkpoint::Progress;
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Film};
 use crate::load::sidecar::CameraTable;
-use crate::output::{check_outputs, png::Pixels, stats::Stats};
+use crate::output::format::Encoding;
+use crate::output::{png::Pixels, stats::Stats};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
@@ -28,35 +30,60 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
+use targets::Target;
 
-/// Renders a scene. `stop` is asked between passes whether to end early.
+/// Renders scenes. One that fails does not keep the others from being rendered. `stop` is asked between passes whether to end early.
 pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
     // Everything that can be refused is refused before the scene is read.
     let limits = limits::of_flags(args)?;
-    let Some(output) = args.output.as_deref() else {
-        return replay::replay(args);
-    };
-    let format = Format::of(output)?;
-    if let Some(preview) = &args.preview
-        && Format::of(preview)? != Format::Png
-    {
-        return Err(Error::input(preview, None, "--preview writes a .png"));
+    if let Some(pixel) = args.pixel {
+        return replay::replay(args, pixel);
     }
-    let frames = turntable::frames(args, output)?;
-    let others = args.preview.iter().chain(&args.stats);
-    let others = others.map(|p| p.as_path());
-    let first = frames.as_ref().map_or(output, |frames| &frames[0]);
-    let outputs: Vec<&Path> = [first].into_iter().chain(others).collect();
-    check_outputs(&args.scene, &outputs)?;
+    let targets = targets::of_flags(args)?;
+    saving::check(args)?;
+    if let [target] = &targets[..] {
+        return render_scene(args, target, limits, stop);
+    }
+    let mut failed = 0;
+    for target in &targets {
+        Reporter::new(args.quiet).say(&format!("{}:", target.scene.display()));
+        match render_scene(args, target, limits, stop) {
+            Ok(Ended::Done) => (),
+            Ok(Ended::Interrupted) => return Ok(Ended::Interrupted),
+            Err(e) if e.is_closed_pipe() => return Err(e),
+            Err(e) => {
+                failed += 1;
+                let _ = writeln!(std::io::stderr(), "error: {e}");
+            }
+        }
+    }
+    match failed {
+        0 => Ok(Ended::Done),
+        _ => Err(Error::Scenes {
+            failed,
+            all: targets.len(),
+        }),
+    }
+}
+
+/// Renders one scene to one picture, or to a turntable of them.
+fn render_scene(
+    args: &RenderArgs,
+    target: &Target,
+    limits: Limits,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Ended> {
+    let preview = args.preview.as_deref();
+    let preview = preview.map(|path| Ok((path, Encoding::of("--preview", path)?)));
+    let preview = preview.transpose()?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
-    saving::check(args, output)?;
     let method = reconstruction(reconstruct(args), args.alpha, &mut warnings)?;
 
     // Scene.
     let start = Instant::now();
     let reporter = Reporter::new(args.quiet);
-    let mut scene = load(args, &mut warnings)?;
+    let mut scene = load(args, target.scene, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
     limits::memory(scene.camera.width, scene.camera.height)?;
     let start = Instant::now();
@@ -70,7 +97,8 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         args,
         limits,
         method,
-        format,
+        target,
+        preview,
         pool,
         tracer: &*tracer,
         warnings: warnings.list(),
@@ -78,8 +106,8 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         seconds_building,
         stop,
     };
-    let Some(frames) = frames else {
-        return session.render(&scene, output);
+    let Some(frames) = &target.frames else {
+        return session.render(&scene, &target.output);
     };
     let camera = scene.camera.clone();
     for (index, frame) in frames.iter().enumerate() {
@@ -97,7 +125,8 @@ struct Session<'a> {
     args: &'a RenderArgs,
     limits: Limits,
     method: reconstruct::Method,
-    format: Format,
+    target: &'a Target<'a>,
+    preview: Option<(&'a Path, Encoding)>,
     pool: rayon::ThreadPool,
     tracer: &'a dyn Traverse,
     warnings: &'a [String],
@@ -113,7 +142,8 @@ impl Session<'_> {
             args,
             limits,
             method,
-            format,
+            target,
+            preview,
             ref pool,
             tracer,
             stop,
@@ -126,7 +156,7 @@ impl Session<'_> {
         let mut film = Film::new(width, height, TILE_SIZE);
         let mut settings = settings(args);
         let scene_hash = format!("{:016x}", scene.hash());
-        let mut saving = Saving::new(args, scene, &scene_hash, &settings);
+        let mut saving = Saving::new(args, scene, &scene_hash, &settings)?;
         saving.lock()?;
         if let Some(samples) = saving.resume(&mut film)? {
             reporter.say(&format!("going on from {samples} samples"));
@@ -193,7 +223,7 @@ impl Session<'_> {
         }
         let mut stats = Stats {
             version: env!("CARGO_PKG_VERSION"),
-            scene: args.scene.display().to_string(),
+            scene: target.scene.display().to_string(),
             scene_hash,
             settings,
             width,
@@ -219,6 +249,7 @@ impl Session<'_> {
         stats.count(&counts);
         let made = Made {
             args,
+            target,
             output,
             checkpoint: saving.kept(),
             picture: &picture,
@@ -227,15 +258,17 @@ impl Session<'_> {
             stats: &stats,
         };
         // What can be written is, whatever fails.
-        let written = files::write(&made, format);
-        if let Some(path) = &args.preview {
-            Pixels::tone_mapped(&picture.image, args.exposure).write(path)?;
+        let written = files::write(&made);
+        if let Some((path, encoding)) = preview {
+            Pixels::tone_mapped(&picture.image, args.exposure).write(path, encoding)?;
         }
         if let Some(path) = &args.stats {
             stats.write(path)?;
         }
         written?;
-        reporter.summary(&stats, output);
+        let others = [preview.map(|(path, _)| path), args.stats.as_deref()];
+        let others: Vec<&Path> = others.into_iter().flatten().collect();
+        reporter.summary(&stats, output, &others)?;
         if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
             return Err(Error::Strict(first));
         }
@@ -257,7 +290,7 @@ fn path_settings(args: &RenderArgs) -> PathSettings {
     }
 }
 
-fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
+fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scene> {
     let camera = CameraTable {
         origin: args.origin,
         target: args.target,
@@ -273,7 +306,7 @@ fn load(args: &RenderArgs, warnings: &mut Warnings) -> Result<Scene> {
         environment: args.environment.clone(),
         roughness_threshold: args.roughness_threshold,
     };
-    load_scene(&args.scene, flags, warnings)
+    load_scene(scene, flags, warnings)
 }
 
 /// The method of reconstruction that is meant where none is named.

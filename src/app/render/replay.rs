@@ -4,18 +4,19 @@ use super::{load, path_settings};
 use crate::app::Ended;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result, Warnings};
+use crate::output::print;
 use crate::path::replay;
 use crate::progress::Reporter;
 use crate::render::Method;
-use std::io::Write;
 
 /// Prints what the sample is made of.
-pub(super) fn replay(args: &RenderArgs) -> Result<Ended> {
-    let Some((x, y)) = args.pixel else {
-        return Err(Error::Setting("--output or --pixel is needed".into()));
+pub(super) fn replay(args: &RenderArgs, (x, y): (u32, u32)) -> Result<Ended> {
+    let [scene] = &args.scenes[..] else {
+        let message = "--pixel is of one scene; name one";
+        return Err(Error::Setting(message.into()));
     };
     let mut warnings = Warnings::new(args.strict);
-    let scene = load(args, &mut warnings)?;
+    let scene = load(args, scene, &mut warnings)?;
     Reporter::new(args.quiet).warnings(warnings.list());
     let (width, height) = (scene.camera.width, scene.camera.height);
     if x >= width || y >= height {
@@ -31,15 +32,10 @@ pub(super) fn replay(args: &RenderArgs) -> Result<Ended> {
         Method::Gpt => replay::replay::<4>,
     };
     let told = replay(&scene, &*tracer, &path_settings(args), (x, y), args.sample);
-    let mut out = std::io::stdout().lock();
-    // A closed pipe is no failure.
-    let _ = writeln!(
-        out,
-        "pixel {x},{y}, sample {}, seed {}",
-        args.sample, args.seed
-    );
-    for line in told.lines {
-        let _ = writeln!(out, "{line}");
-    }
+    let (sample, seed) = (args.sample, args.seed);
+    let lines = told.lines.join("\n");
+    print(&format!(
+        "pixel {x},{y}, sample {sample}, seed {seed}\n{lines}\n"
+    ))?;
     Ok(Ended::Done)
 }

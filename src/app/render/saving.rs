@@ -17,15 +17,11 @@ use std::time::{Duration, Instant};
 const EVERY: Duration = Duration::from_secs(60);
 
 /// Refuses what cannot be, before the scene is read.
-pub(super) fn check(args: &RenderArgs, output: &Path) -> Result<()> {
+pub(super) fn check(args: &RenderArgs) -> Result<()> {
     let Some(path) = &args.checkpoint else {
         return Ok(());
     };
-    let others = args.preview.iter().chain(&args.stats);
-    let others = others.map(|p| p.as_path());
-    let outputs: Vec<&Path> = [path, output].into_iter().chain(others).collect();
-    output::check_outputs(&args.scene, &outputs)?;
-    if path.exists() && !args.resume {
+    if output::regular_file(path)?.exists() && !args.resume {
         let message = "there is a checkpoint already: --resume goes on from it, or remove it";
         return Err(Error::input(path, None, message));
     }
@@ -33,8 +29,9 @@ pub(super) fn check(args: &RenderArgs, output: &Path) -> Result<()> {
 }
 
 /// The checkpoint of a render; none without `--checkpoint`.
-pub(super) struct Saving<'a> {
-    path: Option<&'a Path>,
+pub(super) struct Saving {
+    /// Where it is, links followed: what they lead to is replaced, not they.
+    path: Option<PathBuf>,
     resume: bool,
     every: Duration,
     identity: Identity,
@@ -49,13 +46,13 @@ pub(super) struct Saving<'a> {
     lock: Option<(File, PathBuf)>,
 }
 
-impl<'a> Saving<'a> {
+impl Saving {
     pub(super) fn new(
-        args: &'a RenderArgs,
+        args: &RenderArgs,
         scene: &Scene,
         scene_hash: &str,
         settings: &BTreeMap<&'static str, String>,
-    ) -> Self {
+    ) -> Result<Self> {
         let settings = settings.iter().map(|(&name, value)| (name, value.clone()));
         let more = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -66,8 +63,9 @@ impl<'a> Saving<'a> {
             ),
         ];
         let identity = settings.chain(more);
-        Self {
-            path: args.checkpoint.as_deref(),
+        let path = args.checkpoint.as_deref();
+        Ok(Self {
+            path: path.map(output::regular_file).transpose()?,
             resume: args.resume,
             every: args.every.unwrap_or(EVERY),
             identity: identity
@@ -79,12 +77,12 @@ impl<'a> Saving<'a> {
             samples: 0,
             complaint: None,
             lock: None,
-        }
+        })
     }
 
     /// Takes the checkpoint for this process alone.
     pub(super) fn lock(&mut self) -> Result<()> {
-        let Some(path) = self.path else {
+        let Some(path) = &self.path else {
             return Ok(());
         };
         let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -101,7 +99,10 @@ impl<'a> Saving<'a> {
 
     /// Fills the film with what is in the file. Its samples; `None` where it starts from nothing.
     pub(super) fn resume(&mut self, film: &mut Film) -> Result<Option<u64>> {
-        let there = self.path.filter(|path| self.resume && path.exists());
+        let there = self
+            .path
+            .as_deref()
+            .filter(|path| self.resume && path.exists());
         let Some(path) = there else {
             return Ok(None);
         };
@@ -158,7 +159,7 @@ impl<'a> Saving<'a> {
     /// A render goes on where its checkpoint cannot be written; the first time it is said at once, even
     /// to who wants to read errors only.
     fn save(&mut self, film: &Film, progress: &Progress) {
-        let Some(path) = self.path else { return };
+        let Some(path) = &self.path else { return };
         let before = self.complaint.take();
         if let Err(e) = checkpoint::save(path, &self.identity, progress, film) {
             if before.is_none() {
@@ -175,6 +176,7 @@ impl<'a> Saving<'a> {
     /// The checkpoint, where there is one.
     pub(super) fn kept(&self) -> Option<&Path> {
         self.path
+            .as_deref()
             .filter(|path| self.complaint.is_none() && path.exists())
     }
 
@@ -184,7 +186,7 @@ impl<'a> Saving<'a> {
     }
 }
 
-impl Drop for Saving<'_> {
+impl Drop for Saving {
     fn drop(&mut self) {
         if let Some((_, place)) = &self.lock {
             let _ = std::fs::remove_file(place);

@@ -1,0 +1,114 @@
+//! Which pictures a call makes: each scene with where its picture goes.
+
+use super::turntable;
+use crate::app::MADE_UP_FORMAT;
+use crate::cli::RenderArgs;
+use crate::error::{Error, Result};
+use crate::load::scene_name;
+use crate::output::format::Format;
+use crate::output::{check_outputs, is_stream};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A scene with where its picture goes.
+pub(super) struct Target<'a> {
+    pub(super) scene: &'a Path,
+    pub(super) output: PathBuf,
+    pub(super) format: Format,
+    /// With `--turntable`, the files in place of `output`.
+    pub(super) frames: Option<Vec<PathBuf>>,
+}
+
+/// The pictures that the flags ask for, all of which can be written. Folders are made.
+pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
+    if args.scenes.len() > 1 {
+        let of_one_scene = [
+            ("--preview", args.preview.is_some()),
+            ("--stats", args.stats.is_some()),
+            ("--checkpoint", args.checkpoint.is_some()),
+        ];
+        if let Some((flag, _)) = of_one_scene.iter().find(|(_, given)| *given) {
+            let message = format!("{flag} is for one scene; render the scenes one by one");
+            return Err(Error::Setting(message));
+        }
+    }
+    let folder = folder(args)?;
+    let targets = args.scenes.iter().map(|scene| {
+        let (output, format) = match &folder {
+            Some(folder) => {
+                let format = args.format.unwrap_or(MADE_UP_FORMAT);
+                let name = format!("{}.{}", scene_name(scene), format.extension());
+                (folder.join(name), format)
+            }
+            None => {
+                let output = args.output.clone().unwrap_or_default();
+                let format = Format::of(&output, args.format)?;
+                (output, format)
+            }
+        };
+        let frames = turntable::frames(args, &output, format)?;
+        let files = frames.as_deref().unwrap_or(std::slice::from_ref(&output));
+        if folder.is_some() {
+            let in_working_folder = args.output.is_none();
+            if let Some(file) = not_ours(scene, files, in_working_folder) {
+                let message = format!("is there already; -o {} replaces it", output.display());
+                return Err(Error::input(file, None, message));
+            }
+        }
+        Ok(Target {
+            scene,
+            output,
+            format,
+            frames,
+        })
+    });
+    let targets = targets.collect::<Result<Vec<_>>>()?;
+    check(args, &targets)?;
+    Ok(targets)
+}
+
+/// The folder for pictures whose names are made up of their scenes'; `None` where the picture has a name.
+fn folder(args: &RenderArgs) -> Result<Option<PathBuf>> {
+    let Some(output) = &args.output else {
+        return Ok(Some(PathBuf::new()));
+    };
+    let ends_as_folder = output.to_string_lossy().ends_with(std::path::is_separator);
+    if ends_as_folder {
+        fs::create_dir_all(output).map_err(Error::io(output, "the folder cannot be made"))?;
+    }
+    if ends_as_folder || output.is_dir() {
+        return Ok(Some(output.clone()));
+    }
+    if args.scenes.len() > 1 && !is_stream(output) {
+        let message = "several scenes need a folder for their pictures: end its name with /";
+        return Err(Error::input(output, None, message));
+    }
+    Ok(None)
+}
+
+/// A file that is there under a name that nobody gave, and is not to be written over: beside a scene, a
+/// picture of its name may well be its texture. In another folder that was named it is taken for the picture
+/// of an earlier call.
+fn not_ours<'a>(scene: &Path, files: &'a [PathBuf], in_working_folder: bool) -> Option<&'a Path> {
+    let folder = |path: &Path| {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+        fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()
+    };
+    let there = files.iter().find(|file| {
+        file.symlink_metadata().is_ok() && (in_working_folder || folder(file) == folder(scene))
+    });
+    there.map(PathBuf::as_path)
+}
+
+/// Checks all files together.
+fn check(args: &RenderArgs, targets: &[Target]) -> Result<()> {
+    let inputs: Vec<&Path> = args.scenes.iter().map(PathBuf::as_path).collect();
+    let pictures = targets.iter().map(|target| match &target.frames {
+        Some(frames) => &*frames[0],
+        None => &*target.output,
+    });
+    let others = [&args.preview, &args.stats, &args.checkpoint];
+    let others = others.into_iter().flatten().map(PathBuf::as_path);
+    let outputs: Vec<&Path> = pictures.chain(others).collect();
+    check_outputs(&inputs, &outputs)
+}
