@@ -20,7 +20,7 @@ fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
         camera: CameraTable {
             origin: Some([0.0, height, 0.0]),
             target: Some([0.0; 3]),
-            up: Some([0.0, 0.0, -1.0]),
+            up: Some([0.0, 0.0, -1.0].into()),
             fov: Some(fov),
             ..Default::default()
         },

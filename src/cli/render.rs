@@ -6,6 +6,7 @@ use super::values::{
 };
 use crate::filter::Filter;
 use crate::gradient::Weights;
+use crate::load::sidecar::{Up, View};
 use crate::output::format::Format;
 use crate::reconstruct::Alpha;
 use crate::render::Method;
@@ -35,6 +36,7 @@ Examples:
   gdpt render scene.obj -o out.exr --error 0.001       until the estimated relMSE is that small
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
+  gdpt render scene.obj --view left --zoom 1.5         all of it from the left, larger
   gdpt render scene.obj -o out.jpg --up z --environment sky.hdr
   gdpt render a.obj b.obj.gz -o pictures/ --time 1m    a picture of each, a minute for each
   gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
@@ -125,9 +127,28 @@ pub struct RenderArgs {
     #[arg(help_heading = CAMERA, long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub target: Option<[f32; 3]>,
 
-    /// Direction that is upwards in the picture: x, y or z, or a vector
+    /// Side from which all of the scene is seen, in place of a position [default: three-quarter]
+    #[arg(help_heading = CAMERA, long, value_name = "SIDE", conflicts_with = "origin")]
+    pub view: Option<View>,
+
+    /// Degrees from the front, to the right, from where all of the scene is seen
+    #[arg(help_heading = CAMERA, long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(conflicts_with = "origin")]
+    pub azimuth: Option<f32>,
+
+    /// Degrees above the horizon from where all of the scene is seen
+    #[arg(help_heading = CAMERA, long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(conflicts_with = "origin")]
+    pub elevation: Option<f32>,
+
+    /// Show everything this many times as large, about the middle of the picture
+    #[arg(help_heading = CAMERA, long, value_name = "FACTOR")]
+    pub zoom: Option<f32>,
+
+    /// Direction that is upwards: x, y, z, a vector, or auto, by the shape of the scene [default: the TOML's, or
+    /// auto]
     #[arg(help_heading = CAMERA, long, value_name = "AXIS", value_parser = up, allow_hyphen_values = true)]
-    pub up: Option<[f32; 3]>,
+    pub up: Option<Up>,
 
     /// Vertical field of view in degrees
     #[arg(help_heading = CAMERA, long, allow_hyphen_values = true)]

@@ -1,5 +1,6 @@
 //! Values on the command line: from text, or why not.
 
+use crate::load::sidecar::Up;
 use crate::reconstruct::Alpha;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -31,17 +32,14 @@ pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
     }
 }
 
-/// A vector, or the name of an axis.
-pub(super) fn up(text: &str) -> Result<[f32; 3], String> {
-    match text.to_ascii_lowercase().as_str() {
-        "x" => Ok([1.0, 0.0, 0.0]),
-        "y" => Ok([0.0, 1.0, 0.0]),
-        "z" => Ok([0.0, 0.0, 1.0]),
-        "-x" => Ok([-1.0, 0.0, 0.0]),
-        "-y" => Ok([0.0, -1.0, 0.0]),
-        "-z" => Ok([0.0, 0.0, -1.0]),
-        _ => vector(text).map_err(|e| format!("needs x, y or z, or {e}")),
-    }
+/// A vector, the name of an axis, or auto.
+pub(super) fn up(text: &str) -> Result<Up, String> {
+    text.to_ascii_lowercase()
+        .parse()
+        .or_else(|e| match vector(text) {
+            Ok(vector) => Ok(Up::Along(vector)),
+            Err(_) => Err(e),
+        })
 }
 
 /// Light from all directions.
@@ -149,9 +147,10 @@ mod tests {
         for bad in ["1,2", "1,2,3,4", "1,2,x", "1,2,nan", ""] {
             assert!(vector(bad).is_err(), "{bad}");
         }
-        assert_eq!(up("-z"), Ok([0.0, 0.0, -1.0]));
-        assert_eq!(up("Z"), Ok([0.0, 0.0, 1.0]));
-        assert_eq!(up("0,1,1"), Ok([0.0, 1.0, 1.0]));
+        assert_eq!(up("-z"), Ok(Up::Along([0.0, 0.0, -1.0])));
+        assert_eq!(up("Z"), Ok(Up::Along([0.0, 0.0, 1.0])));
+        assert_eq!(up("0,1,1"), Ok(Up::Along([0.0, 1.0, 1.0])));
+        assert_eq!(up("auto"), Ok(Up::Auto));
         assert!(up("w").is_err());
         let map = EnvironmentFlag::Map("a/sky.hdr".into());
         assert_eq!(environment("a/sky.hdr"), Ok(map));

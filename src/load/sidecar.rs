@@ -34,27 +34,131 @@ pub struct CameraTable {
     pub origin: Option<[f32; 3]>,
     /// A point in the middle of the picture.
     pub target: Option<[f32; 3]>,
-    /// The direction that is upwards in the picture.
-    pub up: Option<[f32; 3]>,
+    /// The side from which the whole scene is seen, in place of an origin.
+    pub view: Option<View>,
+    /// Degrees from the front, counter-clockwise seen from above; the view's if absent.
+    pub azimuth: Option<f32>,
+    /// Degrees above the horizon, from -90 to 90; the view's if absent.
+    pub elevation: Option<f32>,
+    /// How many times larger things are in the picture.
+    pub zoom: Option<f32>,
+    /// The direction that is upwards in the picture. If absent it is y where there is an origin, and decided by
+    /// the geometry where there is none.
+    pub up: Option<Up>,
     /// Vertical field of view in degrees.
     pub fov: Option<f32>,
     /// Diameter of the lens; without it everything is in focus.
     pub aperture: Option<f32>,
     /// Distance along the view at which things are in focus; the target's if absent.
     pub focus: Option<f32>,
+    /// Whether the camera will be turned about its target: then all of the scene is in the picture all the way
+    /// round.
+    #[serde(skip)]
+    pub all_around: bool,
+}
+
+/// A side from which a scene is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    /// From the front and the right, and from above.
+    ThreeQuarter,
+    /// From the front.
+    Front,
+    /// From behind.
+    Back,
+    /// From the left.
+    Left,
+    /// From the right.
+    Right,
+    /// From above.
+    Top,
+    /// From below.
+    Bottom,
+    /// From within, as in a room.
+    Inside,
+}
+
+/// Which direction is upwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Up {
+    /// As the geometry has it.
+    Auto,
+    /// Along this vector.
+    Along([f32; 3]),
+}
+
+impl From<[f32; 3]> for Up {
+    fn from(direction: [f32; 3]) -> Self {
+        Up::Along(direction)
+    }
+}
+
+impl std::str::FromStr for Up {
+    type Err = String;
+
+    /// `auto`, or the name of an axis.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        Ok(match text {
+            "auto" => Up::Auto,
+            "x" => Up::Along([1.0, 0.0, 0.0]),
+            "y" => Up::Along([0.0, 1.0, 0.0]),
+            "z" => Up::Along([0.0, 0.0, 1.0]),
+            "-x" => Up::Along([-1.0, 0.0, 0.0]),
+            "-y" => Up::Along([0.0, -1.0, 0.0]),
+            "-z" => Up::Along([0.0, 0.0, -1.0]),
+            _ => return Err("needs auto, x, y, z, -x, -y or -z, or a vector".to_owned()),
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Up {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Written {
+            Name(String),
+            Vector([f32; 3]),
+        }
+        match Written::deserialize(from)? {
+            Written::Name(name) => name.parse().map_err(serde::de::Error::custom),
+            Written::Vector(vector) => Ok(Up::Along(vector)),
+        }
+    }
 }
 
 impl CameraTable {
-    /// This, and what it leaves out from `other`.
+    /// This, and what it leaves out from `other`. Where this says from where the scene is seen, the other's
+    /// place does not matter.
     pub fn or(&self, other: &Self) -> Self {
+        let mut other = other.clone();
+        if self.has_side() {
+            (other.origin, other.target) = (None, None);
+        }
+        if self.origin.is_some() {
+            (other.view, other.azimuth, other.elevation) = (None, None, None);
+        }
+        if self.view.is_some() {
+            (other.azimuth, other.elevation) = (None, None);
+        }
         Self {
             origin: self.origin.or(other.origin),
             target: self.target.or(other.target),
+            view: self.view.or(other.view),
+            azimuth: self.azimuth.or(other.azimuth),
+            elevation: self.elevation.or(other.elevation),
+            zoom: self.zoom.or(other.zoom),
             up: self.up.or(other.up),
             fov: self.fov.or(other.fov),
             aperture: self.aperture.or(other.aperture),
             focus: self.focus.or(other.focus),
+            all_around: self.all_around || other.all_around,
         }
+    }
+
+    /// Whether it says from which side the scene is seen.
+    pub fn has_side(&self) -> bool {
+        self.view.is_some() || self.azimuth.is_some() || self.elevation.is_some()
     }
 }
 

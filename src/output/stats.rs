@@ -24,6 +24,8 @@ pub struct Stats {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+    /// Where the camera stands, and why, in words.
+    pub camera: String,
     /// Triangles of the scene.
     pub triangles: usize,
     /// Samples of every pixel.
@@ -98,6 +100,7 @@ impl Stats {
                 self.solver_residual
             ),
         );
+        text += &format!("\n{}", self.camera);
         if let Some(error) = self.estimated_rel_mse {
             text += &format!("\nestimated relMSE {error:.2e}");
         }

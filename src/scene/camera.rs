@@ -2,7 +2,6 @@
 
 use crate::error::{Error, Result};
 use crate::lanes::Vec3x8;
-use crate::load::sidecar::CameraTable;
 use crate::warp;
 use glam::{Quat, Vec2, Vec3};
 use wide::f32x8;
@@ -36,55 +35,59 @@ pub struct Lens {
     focus: f32,
 }
 
-const DEFAULT_FOV: f32 = 40.0;
-
-/// Whether an upward direction is along z rather than y.
-pub(super) fn is_z_up(up: Option<[f32; 3]>) -> bool {
-    up.is_some_and(|[x, y, z]| z.abs() > x.abs().max(y.abs()))
+/// Where a camera stands and where it looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// Position of the pinhole.
+    pub origin: Vec3,
+    /// The point in the middle of the picture.
+    pub target: Vec3,
+    /// Upwards in the picture; any length.
+    pub up: Vec3,
+    /// The vertical axis about which the camera turns, unit.
+    pub vertical: Vec3,
 }
 
-/// From where a scene is seen of which nothing is known: from the front, a little from the right and from
-/// above. With z upwards the front is towards -y, as in modelling programs.
-fn default_side(up: Vec3) -> Vec3 {
-    let (right, above, front) = (0.35, 0.25, 1.0);
-    let largest = up.abs().max_element();
-    if up.abs().z == largest {
-        Vec3::new(right, -front, above * up.z.signum())
-    } else if up.abs().y == largest {
-        Vec3::new(right, above * up.y.signum(), front)
-    } else {
-        Vec3::new(above * up.x.signum(), -right, front)
+/// What a camera sees at once, and how sharply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optics {
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// Vertical field of view in degrees.
+    pub fov: f32,
+    /// How many times larger things are in the picture than the field of view has them.
+    pub zoom: f32,
+    /// Diameter of the lens; 0 has everything in focus.
+    pub aperture: f32,
+    /// Distance along the view of the plane in focus; the target's if absent.
+    pub focus: Option<f32>,
+}
+
+impl Optics {
+    /// Tangents of half the angles across and down, without zoom.
+    pub fn tangents(&self) -> (f32, f32) {
+        let tan = (0.5 * self.fov).to_radians().tan();
+        (tan * self.size.0 as f32 / self.size.1 as f32, tan)
     }
 }
 
 impl Camera {
-    /// The camera of `table`; what it leaves open is framed so that `bounds` fill the picture, seen
-    /// from the front, a little from the right and from above.
-    pub fn new(
-        table: &CameraTable,
-        (width, height): (u32, u32),
-        bounds: (Vec3, Vec3),
-    ) -> Result<Self> {
+    /// The camera that stands and looks as `aim` says.
+    pub fn new(aim: &Aim, optics: &Optics) -> Result<Self> {
         let fail = |what: String| Err(Error::Setting(format!("camera: {what}")));
-        let fov = table.fov.unwrap_or(DEFAULT_FOV);
-        if !(fov > 0.0 && fov < 180.0) {
+        let &Aim {
+            origin, target, up, ..
+        } = aim;
+        let (width, height) = optics.size;
+        if !(optics.fov > 0.0 && optics.fov < 180.0) {
             return fail(format!(
-                "the field of view must be between 0 and 180 degrees, got {fov}"
+                "the field of view must be between 0 and 180 degrees, got {}",
+                optics.fov
             ));
         }
-        let centre = 0.5 * (bounds.0 + bounds.1);
-        let radius = 0.5 * (bounds.1 - bounds.0).length();
-        let tan = (0.5 * fov).to_radians().tan();
-        let aspect = width as f32 / height as f32;
-        let up = table.up.map_or(Vec3::Y, Vec3::from);
-        let target = table.target.map_or(centre, Vec3::from);
-        let origin = table.origin.map_or_else(
-            || {
-                let narrow = (tan * aspect.min(1.0)).atan();
-                target + default_side(up).normalize() * (radius / narrow.sin())
-            },
-            Vec3::from,
-        );
+        if !(optics.zoom > 0.0 && optics.zoom.is_finite()) {
+            return fail(format!("the zoom must be above 0, got {}", optics.zoom));
+        }
         let forward = (target - origin).try_normalize();
         let Some(forward) = forward.filter(|f| f.is_finite() && origin.is_finite()) else {
             return fail(format!(
@@ -95,10 +98,12 @@ impl Camera {
             return fail(format!("up {up} must be finite and not along the view"));
         };
         let down = forward.cross(right);
+        let tan = (0.5 * optics.fov).to_radians().tan() / optics.zoom;
+        let aspect = width as f32 / height as f32;
         let size = 2.0 * tan / height as f32;
         let corner = forward - right * (tan * aspect) - down * tan;
-        let aperture = table.aperture.unwrap_or(0.0);
-        let focus = table
+        let aperture = optics.aperture;
+        let focus = optics
             .focus
             .unwrap_or_else(|| (target - origin).dot(forward));
         if !(aperture.is_finite() && aperture >= 0.0 && focus.is_finite() && focus > 0.0) {
@@ -115,10 +120,31 @@ impl Camera {
                 focus,
             }),
             target,
-            up: up.normalize(),
+            up: aim.vertical,
             corner,
             step: (right * size, down * size),
         })
+    }
+
+    /// The point in the middle of the picture.
+    pub fn target(&self) -> Vec3 {
+        self.target
+    }
+
+    /// The vertical axis of the scene, unit.
+    pub fn up(&self) -> Vec3 {
+        self.up
+    }
+
+    /// To the right in the picture, unit.
+    pub fn right(&self) -> Vec3 {
+        self.step.0.normalize()
+    }
+
+    /// Vertical field of view in degrees, with the zoom.
+    pub fn fov(&self) -> f32 {
+        let tan = 0.5 * self.step.1.length() * self.height as f32;
+        2.0 * tan.atan().to_degrees()
     }
 
     /// The unit direction through the film at (`x`, `y`) in pixels from the upper left corner; the
@@ -164,59 +190,49 @@ impl Camera {
 mod tests {
     use super::*;
 
-    #[test]
-    fn rays_pass_where_they_should() {
-        let table = CameraTable {
-            origin: Some([0.0, 1.0, 4.0]),
-            target: Some([0.0, 1.0, 0.0]),
-            fov: Some(90.0),
-            ..Default::default()
-        };
-        let c = Camera::new(&table, (200, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
-        let close = |d: Vec3, want: Vec3| assert!((d - want.normalize()).length() < 1e-6, "{d}");
-        close(c.direction(100.0, 50.0), Vec3::NEG_Z);
-        close(c.direction(100.0, 0.0), Vec3::new(0.0, 1.0, -1.0));
-        close(c.direction(200.0, 50.0), Vec3::new(2.0, 0.0, -1.0));
-    }
+    const OPTICS: Optics = Optics {
+        size: (200, 100),
+        fov: 90.0,
+        zoom: 1.0,
+        aperture: 0.0,
+        focus: None,
+    };
 
-    #[test]
-    fn automatic_framing_sees_the_whole_scene() {
-        let bounds = (Vec3::new(-3.0, 10.0, 2.0), Vec3::new(5.0, 11.0, 4.0));
-        for size in [(100, 100), (300, 100), (100, 300)] {
-            let c = Camera::new(&CameraTable::default(), size, bounds).unwrap();
-            let right = c.step.0.normalize();
-            let down = c.step.1.normalize();
-            let forward = right.cross(down);
-            for corner in 0..8 {
-                let pick = |i: usize, lo: f32, hi: f32| if corner >> i & 1 == 0 { lo } else { hi };
-                let p = Vec3::new(
-                    pick(0, bounds.0.x, bounds.1.x),
-                    pick(1, bounds.0.y, bounds.1.y),
-                    pick(2, bounds.0.z, bounds.1.z),
-                );
-                let v = p - c.origin;
-                let v = v / v.dot(forward) - c.corner;
-                let x = v.dot(right) / c.step.0.length();
-                let y = v.dot(down) / c.step.1.length();
-                assert!(
-                    x > 0.0 && x < size.0 as f32 && y > 0.0 && y < size.1 as f32,
-                    "{p}"
-                );
-            }
+    fn aim(origin: [f32; 3], target: [f32; 3]) -> Aim {
+        Aim {
+            origin: origin.into(),
+            target: target.into(),
+            up: Vec3::Y,
+            vertical: Vec3::Y,
         }
     }
 
     #[test]
-    fn rays_through_the_lens_meet_in_the_plane_of_focus() {
-        let table = CameraTable {
-            origin: Some([0.0, 1.0, 4.0]),
-            target: Some([0.0, 1.0, 0.0]),
-            fov: Some(60.0),
-            aperture: Some(0.5),
-            focus: Some(3.0),
-            ..Default::default()
+    fn rays_pass_where_they_should() {
+        let c = Camera::new(&aim([0.0, 1.0, 4.0], [0.0, 1.0, 0.0]), &OPTICS).unwrap();
+        let close = |d: Vec3, want: Vec3| assert!((d - want.normalize()).length() < 1e-6, "{d}");
+        close(c.direction(100.0, 50.0), Vec3::NEG_Z);
+        close(c.direction(100.0, 0.0), Vec3::new(0.0, 1.0, -1.0));
+        close(c.direction(200.0, 50.0), Vec3::new(2.0, 0.0, -1.0));
+        assert!((c.fov() - 90.0).abs() < 1e-4);
+        // Twice as large.
+        let optics = Optics {
+            zoom: 2.0,
+            ..OPTICS
         };
-        let c = Camera::new(&table, (200, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
+        let c = Camera::new(&aim([0.0, 1.0, 4.0], [0.0, 1.0, 0.0]), &optics).unwrap();
+        close(c.direction(100.0, 0.0), Vec3::new(0.0, 0.5, -1.0));
+    }
+
+    #[test]
+    fn rays_through_the_lens_meet_in_the_plane_of_focus() {
+        let optics = Optics {
+            fov: 60.0,
+            aperture: 0.5,
+            focus: Some(3.0),
+            ..OPTICS
+        };
+        let c = Camera::new(&aim([0.0, 1.0, 4.0], [0.0, 1.0, 0.0]), &optics).unwrap();
         let sharp = |u| {
             let (origin, direction) = c.through_lens(&c.lens.unwrap(), 37.0, 81.0, u);
             assert!((origin - c.origin).length() <= 0.2501);
@@ -230,53 +246,32 @@ mod tests {
 
     #[test]
     fn a_turned_camera_sees_its_target_from_another_side() {
-        let table = CameraTable {
-            origin: Some([0.0, 1.0, 4.0]),
-            target: Some([0.0, 1.0, 1.0]),
-            ..Default::default()
-        };
-        let c = Camera::new(&table, (100, 100), (Vec3::ZERO, Vec3::ONE)).unwrap();
+        let c = Camera::new(&aim([0.0, 1.0, 4.0], [0.0, 1.0, 1.0]), &OPTICS).unwrap();
         let quarter = c.turned(std::f32::consts::FRAC_PI_2);
         assert!((quarter.origin - Vec3::new(3.0, 1.0, 1.0)).length() < 1e-5);
-        assert!((quarter.direction(50.0, 50.0) - Vec3::NEG_X).length() < 1e-5);
-        assert!((quarter.direction(50.0, 0.0).y - c.direction(50.0, 0.0).y).abs() < 1e-5);
-    }
-
-    #[test]
-    fn scenes_with_z_upwards_stand_upright() {
-        let table = CameraTable {
-            up: Some([0.0, 0.0, 1.0]),
-            ..Default::default()
-        };
-        let c = Camera::new(&table, (100, 100), (-Vec3::ONE, Vec3::ONE)).unwrap();
-        assert!(c.origin.z > 0.0 && c.origin.y < -1.0);
-        assert!(c.direction(50.0, 0.0).z > c.direction(50.0, 100.0).z);
+        assert!((quarter.direction(100.0, 50.0) - Vec3::NEG_X).length() < 1e-5);
+        assert!((quarter.direction(100.0, 0.0).y - c.direction(100.0, 0.0).y).abs() < 1e-5);
     }
 
     #[test]
     fn impossible_cameras_are_refused() {
-        let bounds = (Vec3::ZERO, Vec3::ONE);
-        let same = CameraTable {
-            origin: Some([1.0; 3]),
-            target: Some([1.0; 3]),
-            ..Default::default()
-        };
-        let along = CameraTable {
-            origin: Some([0.0, 5.0, 0.0]),
-            target: Some([0.0; 3]),
-            ..Default::default()
-        };
-        let wide = CameraTable {
-            fov: Some(180.0),
-            ..Default::default()
-        };
-        let no_focus = CameraTable {
-            aperture: Some(1.0),
-            focus: Some(0.0),
-            ..Default::default()
-        };
-        for table in [same, along, wide, no_focus] {
-            assert!(Camera::new(&table, (10, 10), bounds).is_err());
+        let (origin, target) = ([0.0, 1.0, 4.0], [0.0, 1.0, 0.0]);
+        let refused = |aim: Aim, optics: Optics| Camera::new(&aim, &optics).is_err();
+        assert!(!refused(aim(origin, target), OPTICS));
+        assert!(refused(aim(origin, origin), OPTICS));
+        assert!(refused(aim([0.0, 5.0, 0.0], [0.0; 3]), OPTICS));
+        assert!(refused(aim([f32::NAN, 5.0, 0.0], [0.0; 3]), OPTICS));
+        for fov in [0.0, 180.0, -3.0, f32::NAN] {
+            assert!(refused(aim(origin, target), Optics { fov, ..OPTICS }));
         }
+        for zoom in [0.0, -1.0, f32::INFINITY, f32::NAN] {
+            assert!(refused(aim(origin, target), Optics { zoom, ..OPTICS }));
+        }
+        let no_focus = Optics {
+            aperture: 1.0,
+            focus: Some(0.0),
+            ..OPTICS
+        };
+        assert!(refused(aim(origin, target), no_focus));
     }
 }

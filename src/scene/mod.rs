@@ -3,6 +3,7 @@
 mod alias;
 pub mod camera;
 pub mod environment;
+pub mod framing;
 mod from_mtl;
 pub mod light;
 mod light_grid;
@@ -14,6 +15,7 @@ pub mod remarks;
 mod sheets;
 pub mod texture;
 pub mod textured;
+pub mod up_axis;
 
 use crate::bsdf::Bsdf;
 use crate::error::{Error, Result, Warnings};
@@ -23,6 +25,7 @@ use crate::load::sidecar::{CameraTable, EnvironmentTable};
 use crate::load::{MAX_PIXELS, MAX_SIDE};
 use camera::Camera;
 use environment::{Environment, EnvironmentMap};
+use framing::Framing;
 use glam::Vec3;
 use light::Lights;
 use material::{Class, Material};
@@ -30,6 +33,7 @@ use mesh::Mesh;
 use remarks::Remarks;
 use std::path::Path;
 use std::sync::Arc;
+use up_axis::UpAxis;
 use xxhash_rust::xxh3::Xxh3;
 
 /// Everything that a picture is a function of, beside the settings of the renderer.
@@ -45,6 +49,8 @@ pub struct Scene {
     pub environment: Environment,
     /// The camera.
     pub camera: Camera,
+    /// What the camera would be from elsewhere.
+    pub framing: Framing,
     is_diffuse: bool,
 }
 
@@ -132,8 +138,10 @@ impl Scene {
         }
         let has_map = matches!(settings.environment, Some(EnvironmentSetting::Map { .. }));
         let lights = Lights::new(&mesh, &materials, has_map);
-        let environment = environment(settings, !lights.emit(), warnings)?;
-        let camera = Camera::new(&settings.camera, (width, height), mesh.bounds)?;
+        let up = UpAxis::new(&settings.camera, &mesh, &materials)?;
+        let framing = Framing::new(&settings.camera, (width, height), up)?;
+        let camera = framing.camera(&mesh)?;
+        let environment = environment(settings, &up, !lights.emit(), warnings)?;
         let is_diffuse = lights.are_plain()
             && !mesh.triangles.is_empty()
             && mesh.materials_in_use(&materials).all(is_lambert);
@@ -143,6 +151,7 @@ impl Scene {
             lights,
             environment,
             camera,
+            framing,
             is_diffuse,
         })
     }
@@ -199,6 +208,7 @@ fn is_lambert(material: &Material) -> bool {
 /// The environment that is asked for, or white where there is no light at all.
 fn environment(
     settings: &SceneSettings,
+    up: &UpAxis,
     dark: bool,
     warnings: &mut Warnings,
 ) -> Result<Environment> {
@@ -221,8 +231,7 @@ fn environment(
                     "the environment's scale {scale} must be above 0, and its rotation {rotation} finite"
                 )));
             }
-            let z_up = camera::is_z_up(settings.camera.up);
-            let map = EnvironmentMap::new(bitmap.clone(), *scale, *rotation, z_up);
+            let map = EnvironmentMap::new(bitmap.clone(), *scale, *rotation, up.is_z());
             Environment::Map(Box::new(map.ok_or_else(|| {
                 Error::Setting("the environment's map is black".into())
             })?))

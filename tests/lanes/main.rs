@@ -17,6 +17,7 @@ use gdpt::load::sidecar::CameraTable;
 use gdpt::path::Counts;
 use gdpt::render::Method;
 use gdpt::sampler::Points;
+use gdpt::scene::framing::Framing;
 use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
 use gdpt::shift::Death;
 use glam::Vec3;
@@ -87,7 +88,8 @@ fn a_lens_has_the_bits_of_the_general_loop() {
         focus: Some(1.0),
         ..camera_of("cornell")
     };
-    scene.camera = gdpt::scene::camera::Camera::new(&table, (40, 40), scene.mesh.bounds).unwrap();
+    let framing = Framing::new(&table, (40, 40), scene.framing.up).unwrap();
+    scene.camera = framing.camera(&scene.mesh).unwrap();
     assert!(scene.camera.lens.is_some());
     compare(scene, &by(Method::Gpt));
 }

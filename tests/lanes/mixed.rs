@@ -111,10 +111,11 @@ fn scene(rng: &mut Rng) -> Scene {
         camera: CameraTable {
             origin: Some([0.0; 3]),
             target: Some([0.0, 0.0, 1.0]),
-            up: Some([0.0, 1.0, 0.0]),
+            up: Some([0.0, 1.0, 0.0].into()),
             fov: Some(90.0),
             aperture: Some(aperture),
             focus: Some(1.0),
+            ..Default::default()
         },
         size: (1 + rng.below(24) as u32, 1 + rng.below(24) as u32),
         environment: Some(environment),

@@ -13,7 +13,7 @@ use crate::checkpoint::Progress;
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
 use crate::film::{BYTES_PER_PIXEL, Film};
-use crate::load::sidecar::CameraTable;
+use crate::load::sidecar::{CameraTable, Up};
 use crate::output::format::Encoding;
 use crate::output::{png::Pixels, stats::Stats};
 use crate::path::{Counts, PathSettings};
@@ -228,6 +228,7 @@ impl Session<'_> {
             settings,
             width,
             height,
+            camera: scene.framing.describe(&scene.camera),
             triangles: scene.mesh.triangles.len(),
             samples: film.samples[0] + film.samples[1],
             interrupted,
@@ -291,13 +292,20 @@ fn path_settings(args: &RenderArgs) -> PathSettings {
 }
 
 fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scene> {
+    // A camera that is placed here has the scene's up; one of the TOML's may count on y.
+    let up = args.up.or(args.origin.map(|_| Up::Auto));
     let camera = CameraTable {
         origin: args.origin,
         target: args.target,
-        up: args.up,
+        view: args.view,
+        azimuth: args.azimuth,
+        elevation: args.elevation,
+        zoom: args.zoom,
+        up,
         fov: args.fov,
         aperture: args.aperture,
         focus: args.focus,
+        all_around: args.turntable.is_some(),
     };
     let flags = SceneFlags {
         camera,
