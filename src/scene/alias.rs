@@ -8,7 +8,7 @@ pub struct Alias {
 
 /// A share of 1/n of the unit interval: of it, `own` goes to the bin's own index, the rest to `other`.
 #[derive(Clone, Copy, Debug)]
-struct Bin {
+pub(super) struct Bin {
     own: f32,
     other: u32,
 }
@@ -40,9 +40,22 @@ impl Alias {
     /// The index for `u` in [0, 1).
     #[inline]
     pub fn choose(&self, u: f32) -> usize {
-        let x = u * self.bins.len() as f32;
-        let index = (x as usize).min(self.bins.len() - 1);
-        let bin = self.bins[index];
+        Bin::choose(&self.bins, |bin| *bin, u)
+    }
+
+    /// The bins, in the order of the weights.
+    pub(super) fn into_bins(self) -> Vec<Bin> {
+        self.bins
+    }
+}
+
+impl Bin {
+    /// The index for `u` in [0, 1) among things that hold the bins of a table.
+    #[inline]
+    pub(super) fn choose<T>(things: &[T], bin: impl Fn(&T) -> Bin, u: f32) -> usize {
+        let x = u * things.len() as f32;
+        let index = (x as usize).min(things.len() - 1);
+        let bin = bin(&things[index]);
         if x - (index as f32) < bin.own {
             index
         } else {

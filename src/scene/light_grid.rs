@@ -3,9 +3,10 @@
 //! is left out and a choice takes constant time. (A tree of bounds, descended at every point, gives better
 //! choices, but takes longer than it saves: base and offset paths ask for many probabilities.)
 
-use super::alias::Alias;
+use super::alias::{Alias, Bin};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What the grid needs to know of a light.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,10 @@ pub struct LightGrid {
     per_length: Vec3,
     counts: [usize; 3],
     cells: Vec<Cell>,
+    /// What the cells know, one after the other: a choice shall touch as little memory as may be.
+    known: Vec<Known>,
+    /// The numbers of their lights once more, close together, to search among.
+    numbers: Vec<u32>,
     /// The choice among all lights, and their shares of the power.
     all: Alias,
     shares: Vec<f32>,
@@ -34,13 +39,20 @@ pub struct LightGrid {
 /// What matters to a cell.
 #[derive(Debug)]
 struct Cell {
-    /// Probability of choosing among the lights below rather than among all.
+    /// Probability of choosing among the lights that it knows rather than among all.
     near: f32,
-    /// In ascending order.
-    lights: Vec<u32>,
-    /// Their probabilities once that is chosen.
-    shares: Vec<f32>,
-    table: Alias,
+    /// Those lights, in [`LightGrid::known`].
+    known: Range<u32>,
+}
+
+/// A light that a cell knows; they are in ascending order.
+#[derive(Debug)]
+struct Known {
+    /// For the choice among them.
+    bin: Bin,
+    light: u32,
+    /// Its probability once the choice is among them.
+    share: f32,
 }
 
 /// Lights that a cell knows.
@@ -67,20 +79,31 @@ impl LightGrid {
         let radius = 0.5 * step.length();
         let powers: Vec<f64> = emitters.iter().map(|e| e.power).collect();
         let total: f64 = powers.iter().sum();
-        let cells = (0..counts.iter().product())
+        let knowledge: Vec<(f32, Vec<Known>)> = (0..counts.iter().product())
             .into_par_iter()
             .map(|index: usize| {
                 let (x, rest) = (index % counts[0], index / counts[0]);
                 let (y, z) = (rest % counts[1], rest / counts[1]);
                 let place = Vec3::new(x as f32, y as f32, z as f32) + 0.5;
-                Cell::new(emitters, low + step * place, radius)
+                know(emitters, low + step * place, radius)
             })
             .collect();
+        let (mut cells, mut known) = (Vec::with_capacity(knowledge.len()), Vec::new());
+        for (near, lights) in knowledge {
+            let first = known.len() as u32;
+            known.extend(lights);
+            cells.push(Cell {
+                near,
+                known: first..known.len() as u32,
+            });
+        }
         Self {
             low,
             per_length: count / size,
             counts,
             cells,
+            numbers: known.iter().map(|k: &Known| k.light).collect(),
+            known,
             all: Alias::new(&powers),
             shares: powers.iter().map(|p| (p / total) as f32).collect(),
         }
@@ -95,16 +118,24 @@ impl LightGrid {
         &self.cells[along(0) + self.counts[0] * (along(1) + self.counts[1] * along(2))]
     }
 
+    /// The lights that a cell knows.
+    #[inline]
+    fn known(&self, cell: &Cell) -> &[Known] {
+        &self.known[cell.known.start as usize..cell.known.end as usize]
+    }
+
     /// A light for the point `p` with `u` in [0, 1), and its probability.
     #[inline]
     pub fn choose(&self, p: Vec3, u: f32) -> (usize, f32) {
         let cell = self.cell(p);
-        let light = if u < cell.near {
-            cell.lights[cell.table.choose(u / cell.near)] as usize
-        } else {
-            let u = (u - cell.near) / (1.0 - cell.near);
-            self.all.choose(u.min(1.0 - f32::EPSILON))
-        };
+        if u < cell.near {
+            let known = self.known(cell);
+            let chosen = &known[Bin::choose(known, |k| k.bin, u / cell.near)];
+            let light = chosen.light as usize;
+            return (light, self.both_ways(cell, light, chosen.share));
+        }
+        let u = (u - cell.near) / (1.0 - cell.near);
+        let light = self.all.choose(u.min(1.0 - f32::EPSILON));
         (light, self.probability_in(cell, light))
     }
 
@@ -116,47 +147,53 @@ impl LightGrid {
 
     #[inline]
     fn probability_in(&self, cell: &Cell, light: usize) -> f32 {
-        let near = match cell.lights.binary_search(&(light as u32)) {
-            Ok(index) => cell.near * cell.shares[index],
-            Err(_) => 0.0,
+        // All at once: the steps of a binary search would each wait for memory.
+        let first = cell.known.start as usize;
+        let numbers = &self.numbers[first..cell.known.end as usize];
+        let smaller = numbers.iter().map(|&n| u32::from(n < light as u32));
+        let place = smaller.sum::<u32>() as usize;
+        let share = match numbers.get(place) {
+            Some(&number) if number == light as u32 => self.known[first + place].share,
+            _ => 0.0,
         };
-        near + (1.0 - cell.near) * self.shares[light]
+        self.both_ways(cell, light, share)
+    }
+
+    /// The probability of a light which has this share of those that the cell knows.
+    #[inline]
+    fn both_ways(&self, cell: &Cell, light: usize, share: f32) -> f32 {
+        cell.near * share + (1.0 - cell.near) * self.shares[light]
     }
 }
 
-impl Cell {
-    /// The cell around `centre` within `radius`.
-    fn new(emitters: &[Emitter], centre: Vec3, radius: f32) -> Self {
-        let mut all: Vec<(f32, u32)> = (0..)
-            .zip(emitters)
-            .map(|(light, e)| (e.importance(centre, radius), light))
-            .collect();
-        let whole: f64 = all.iter().map(|a| f64::from(a.0)).sum();
-        if all.len() > NEAR {
-            // By importance, then by number.
-            let order = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-            all.select_nth_unstable_by(NEAR - 1, order);
-            all.truncate(NEAR);
-        }
-        all.sort_unstable_by_key(|a| a.1);
-        let weights: Vec<f64> = all.iter().map(|a| f64::from(a.0)).collect();
-        let sum: f64 = weights.iter().sum();
-        if sum <= 0.0 {
-            // Nothing is known here: all lights by power.
-            return Self {
-                near: 0.0,
-                lights: Vec::new(),
-                shares: Vec::new(),
-                table: Alias::default(),
-            };
-        }
-        Self {
-            near: ((sum / whole) as f32).min(1.0 - ALL),
-            lights: all.iter().map(|a| a.1).collect(),
-            shares: weights.iter().map(|w| (w / sum) as f32).collect(),
-            table: Alias::new(&weights),
-        }
+/// What the cell around `centre` within `radius` knows: the probability of choosing among lights, and these.
+fn know(emitters: &[Emitter], centre: Vec3, radius: f32) -> (f32, Vec<Known>) {
+    let mut all: Vec<(f32, u32)> = (0..)
+        .zip(emitters)
+        .map(|(light, e)| (e.importance(centre, radius), light))
+        .collect();
+    let whole: f64 = all.iter().map(|a| f64::from(a.0)).sum();
+    if all.len() > NEAR {
+        // By importance, then by number.
+        let order = |a: &(f32, u32), b: &(f32, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
+        all.select_nth_unstable_by(NEAR - 1, order);
+        all.truncate(NEAR);
     }
+    all.sort_unstable_by_key(|a| a.1);
+    let weights: Vec<f64> = all.iter().map(|a| f64::from(a.0)).collect();
+    let sum: f64 = weights.iter().sum();
+    if sum <= 0.0 {
+        // Nothing is known here: all lights by power.
+        return (0.0, Vec::new());
+    }
+    let bins = Alias::new(&weights).into_bins();
+    let known = bins.into_iter().zip(&all).zip(&weights);
+    let known = known.map(|((bin, &(_, light)), weight)| Known {
+        bin,
+        light,
+        share: (weight / sum) as f32,
+    });
+    (((sum / whole) as f32).min(1.0 - ALL), known.collect())
 }
 
 impl Emitter {
