@@ -43,36 +43,58 @@ impl Kind {
     ];
 }
 
-/// A bit for each lane, for each kind.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Kinds([u32; Kind::ALL.len()]);
+/// Of which kinds lanes are.
+#[derive(Clone, Copy, Debug)]
+pub struct Kinds {
+    /// A bit for each lane, for each kind.
+    lanes: [u32; Kind::ALL.len()],
+    /// A bit for each kind that there may be.
+    there: u32,
+}
 
 impl Kinds {
+    /// No lanes.
+    pub const NONE: Self = Self {
+        lanes: [0; Kind::ALL.len()],
+        there: 0,
+    };
+
     /// Of one lane.
     #[inline(always)]
-    pub fn one(kind: Kind) -> Self {
-        let mut kinds = Self::default();
-        kinds.add(0, kind);
+    fn one(kind: Kind) -> Self {
+        let mut kinds = Self::NONE;
+        kinds.set(0, kind);
         kinds
     }
 
-    /// Adds a lane.
+    /// Says of which kind a lane is.
     #[inline(always)]
-    pub fn add(&mut self, lane: usize, kind: Kind) {
-        self.0[kind as usize] |= 1 << lane;
+    pub fn set(&mut self, lane: usize, kind: Kind) {
+        self.lanes.iter_mut().for_each(|bits| *bits &= !(1 << lane));
+        self.lanes[kind as usize] |= 1 << lane;
+        self.there |= 1 << kind as u32;
     }
 
-    /// The lanes of a kind.
+    /// Says that a lane is of the kind of lane `from` of `others`.
     #[inline(always)]
-    pub fn of(&self, kind: Kind) -> u32 {
-        self.0[kind as usize]
+    pub fn copy(&mut self, lane: usize, others: &Self, from: usize) {
+        for (bits, others) in self.lanes.iter_mut().zip(others.lanes) {
+            *bits = *bits & !(1 << lane) | (others >> from & 1) << lane;
+        }
+        self.there |= others.there;
     }
 
     /// The kinds that are there, each with its lanes.
     #[inline(always)]
     fn there(&self) -> impl Iterator<Item = (Kind, u32)> {
-        let kinds = Kind::ALL.into_iter().zip(self.0);
-        kinds.filter(|(_, lanes)| *lanes != 0)
+        let mut rest = self.there;
+        std::iter::from_fn(move || {
+            (rest != 0).then(|| {
+                let kind = rest.trailing_zeros() as usize % Kind::ALL.len();
+                rest &= rest - 1;
+                (Kind::ALL[kind], self.lanes[kind])
+            })
+        })
     }
 }
 

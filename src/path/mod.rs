@@ -148,7 +148,7 @@ struct Context<'a> {
     scene: &'a Scene,
     tracer: &'a dyn Traverse,
     settings: &'a PathSettings,
-    /// Whether plain paths go in lanes; the scene must be diffuse.
+    /// Whether plain paths go in lanes.
     in_lanes: bool,
 }
 
@@ -167,14 +167,15 @@ impl<const N: usize> PathTracer<N> {
             scene,
             tracer,
             settings,
-            in_lanes: scene.is_diffuse(),
+            in_lanes: scene.in_lanes(),
         };
         for sample in range {
             self.front.samples.clear();
             self.front
                 .samples
                 .resize((tile.width * tile.height) as usize, PixelSample::default());
-            if context.in_lanes && scene.camera.lens.is_none() {
+            let front_in_lanes = N == 0 || scene.is_diffuse();
+            if context.in_lanes && front_in_lanes && scene.camera.lens.is_none() {
                 let samples = &mut self.front.samples;
                 self.diffuse_front
                     .primary_step(context, tile, sample, samples, sums);

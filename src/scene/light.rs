@@ -6,7 +6,7 @@ use super::environment::SkySample;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
-use crate::lanes::{Float, LANES, Vec3x8};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
 use crate::warp;
 use glam::Vec3;
 use wide::f32x8;
@@ -21,6 +21,8 @@ pub struct Lights {
     sky: f32,
     /// Whether any triangle emits, be it that none is sampled.
     emit: bool,
+    /// Whether there are but a few triangles with one radiance each.
+    plain: bool,
 }
 
 /// How one of the triangles is chosen.
@@ -80,21 +82,23 @@ pub struct SurfaceSample {
     pub offset: f32,
 }
 
-/// [`SurfaceSample`] in lanes.
+/// [`LightSample`] in lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamplesX8 {
-    /// Where they are.
+    /// Where they are; of samples of the sky their directions.
     pub position: Vec3x8,
     /// The sides that emit.
     pub ng: Vec3x8,
-    /// Radiance emitted to those sides.
+    /// Radiance emitted to those sides, or from those directions.
     pub radiance: Vec3x8,
-    /// Densities per area, over all lights.
+    /// Densities per area, or per solid angle, over all lights.
     pub density: f32x8,
     /// Distances by which rays end before the surfaces.
     pub offset: f32x8,
     /// Where there is a sample.
     pub holds: f32x8,
+    /// A bit for each lane with a sample of the sky.
+    pub sky: u32,
 }
 
 /// Probability of the environment where there are emitting triangles too. Which of them gives more light
@@ -136,6 +140,7 @@ impl Lights {
             return Self {
                 sky: if has_map { 1.0 } else { 0.0 },
                 emit: !triangles.is_empty(),
+                plain: !has_map,
                 ..Self::default()
             };
         }
@@ -160,11 +165,15 @@ impl Lights {
                 .collect();
             Choice::Place(LightGrid::new(&emitters, mesh.bounds))
         };
+        let plain = matches!(choice, Choice::Power(_))
+            && sky == 0.0
+            && triangles.iter().all(|light| !light.textured);
         Self {
             triangles,
             choice,
             sky,
             emit: true,
+            plain,
         }
     }
 
@@ -200,12 +209,20 @@ impl Lights {
         }
     }
 
-    /// Whether there are but a few triangles with one radiance each: then [`Scene::sample_lights`] may be
-    /// asked.
+    /// A triangle for the point `from`, and its probability, which may be inside its density; with `u` from
+    /// [`Lights::sky`] to 1.
+    #[inline]
+    fn choose(&self, from: Vec3, u: f32) -> (usize, f32) {
+        let u = (u - self.sky) / (1.0 - self.sky);
+        match &self.choice {
+            Choice::Power(table) => (table.choose(u), 1.0),
+            Choice::Place(grid) => grid.choose(from, u),
+        }
+    }
+
+    /// Whether there are but a few triangles with one radiance each.
     pub fn are_plain(&self) -> bool {
-        matches!(self.choice, Choice::Power(_))
-            && self.sky == 0.0
-            && self.triangles.iter().all(|light| !light.textured)
+        self.plain
     }
 
     /// Whether the density depends on the point that is lit.
@@ -259,44 +276,60 @@ impl Scene {
         }))
     }
 
-    /// [`Scene::sample_light`] in lanes, where the lights are plain. There must be a light.
+    /// [`Scene::sample_light`] in `lanes`, for the points `from`. There must be a light.
     #[inline(always)]
-    pub fn sample_lights(&self, u: [f32x8; 3]) -> LightSamplesX8 {
-        let Choice::Power(table) = &self.lights.choice else {
-            panic!("the lights are plain");
-        };
-        let mut chosen = [&self.lights.triangles[0]; LANES];
-        for (light, &u) in chosen.iter_mut().zip(u[0].as_array()) {
-            *light = &self.lights.triangles[table.choose(u)];
+    pub fn sample_lights(&self, from: Vec3x8, lanes: u32, u: [f32x8; 3]) -> LightSamplesX8 {
+        let lights = &self.lights;
+        match &lights.choice {
+            Choice::Power(table) if lights.plain => {
+                let mut chosen = [&lights.triangles[0]; LANES];
+                for (light, &u) in chosen.iter_mut().zip(u[0].as_array()) {
+                    *light = &lights.triangles[table.choose(u)];
+                }
+                LightSamplesX8::new(&chosen, f32x8::ONE, [u[1], u[2]])
+            }
+            _ => self.sample_lights_among_many(from, lanes, u),
         }
-        let corner = |i: usize| Vec3x8::from_lanes(|lane| chosen[lane].corners[i]);
-        let (b, c) = warp::triangle([u[1], u[2]]);
-        let density = f32x8::from_lanes(|lane| chosen[lane].density);
-        LightSamplesX8 {
-            position: corner(0) * (f32x8::ONE - b - c) + corner(1) * b + corner(2) * c,
-            ng: Vec3x8::from_lanes(|lane| chosen[lane].ng),
-            radiance: Vec3x8::from_lanes(|lane| chosen[lane].radiance),
-            density,
-            offset: f32x8::from_lanes(|lane| chosen[lane].offset),
-            holds: density.simd_ne(f32x8::ZERO),
+    }
+
+    // Not inlined, as below.
+    #[inline(never)]
+    fn sample_lights_among_many(&self, from: Vec3x8, lanes: u32, u: [f32x8; 3]) -> LightSamplesX8 {
+        let lights = &self.lights;
+        let mut chosen = [&LightTriangle::NONE; LANES];
+        let mut probability = f32x8::ONE;
+        // Samples of the sky and of what is textured are taken one by one.
+        let (mut sky, mut textured) = (0, 0);
+        for lane in lanes_of(lanes) {
+            let u0 = u[0].lane(lane);
+            if u0 < lights.sky {
+                sky |= 1 << lane;
+                continue;
+            }
+            let (light, p) = lights.choose(from.lane(lane), u0);
+            chosen[lane] = &lights.triangles[light];
+            probability.set_lane(lane, p);
+            textured |= u32::from(chosen[lane].textured) << lane;
         }
+        let mut samples = LightSamplesX8::new(&chosen, probability, [u[1], u[2]]);
+        for lane in lanes_of(sky | textured) {
+            let u = u.map(|u| u.lane(lane));
+            samples.set(lane, self.sample_light(from.lane(lane), u));
+        }
+        samples
     }
 
     // Not inlined, as below: scenes with a few lamps shall not have it in their loops.
     #[cold]
     #[inline(never)]
-    fn sample_among_many(&self, from: Vec3, mut u: [f32; 3]) -> Option<LightSample> {
+    fn sample_among_many(&self, from: Vec3, u: [f32; 3]) -> Option<LightSample> {
         let sky = self.lights.sky;
         if u[0] < sky {
             let mut sample = self.environment.map()?.sample([u[1], u[2]])?;
             sample.density *= sky;
             return Some(LightSample::Sky(sample));
         }
-        u[0] = (u[0] - sky) / (1.0 - sky);
-        let (light, probability) = match &self.lights.choice {
-            Choice::Power(table) => (table.choose(u[0]), 1.0),
-            Choice::Place(grid) => grid.choose(from, u[0]),
-        };
+        let (light, probability) = self.lights.choose(from, u[0]);
         self.sample_triangle(light, probability, u)
     }
 
@@ -310,7 +343,61 @@ impl Scene {
     }
 }
 
+impl LightSamplesX8 {
+    /// Points on the triangles `chosen` with these probabilities, which may be inside their densities.
+    #[inline(always)]
+    fn new(chosen: &[&LightTriangle; LANES], probability: f32x8, u: [f32x8; 2]) -> Self {
+        let corner = |i: usize| Vec3x8::from_lanes(|lane| chosen[lane].corners[i]);
+        let (b, c) = warp::triangle(u);
+        let density = f32x8::from_lanes(|lane| chosen[lane].density);
+        Self {
+            position: corner(0) * (f32x8::ONE - b - c) + corner(1) * b + corner(2) * c,
+            ng: Vec3x8::from_lanes(|lane| chosen[lane].ng),
+            radiance: Vec3x8::from_lanes(|lane| chosen[lane].radiance),
+            density: density * probability,
+            offset: f32x8::from_lanes(|lane| chosen[lane].offset),
+            holds: density.simd_ne(f32x8::ZERO),
+            sky: 0,
+        }
+    }
+
+    /// Puts a sample into a lane.
+    fn set(&mut self, lane: usize, sample: Option<LightSample>) {
+        self.holds.set_lane(lane, 0.0);
+        let Some(sample) = sample else {
+            return;
+        };
+        self.holds.set_lane(lane, f32::from_bits(u32::MAX));
+        match sample {
+            LightSample::Surface(point) => {
+                self.position.set(lane, point.position);
+                self.ng.set(lane, point.ng);
+                self.radiance.set(lane, point.radiance);
+                self.density.set_lane(lane, point.density);
+                self.offset.set_lane(lane, point.offset);
+            }
+            LightSample::Sky(sky) => {
+                self.position.set(lane, sky.direction);
+                self.radiance.set(lane, sky.radiance);
+                self.density.set_lane(lane, sky.density);
+                self.sky |= 1 << lane;
+            }
+        }
+    }
+}
+
 impl LightTriangle {
+    /// None, in the place of one.
+    const NONE: Self = Self {
+        corners: [Vec3::ZERO; 3],
+        ng: Vec3::ZERO,
+        radiance: Vec3::ZERO,
+        density: 0.0,
+        offset: 0.0,
+        triangle: 0,
+        textured: false,
+    };
+
     fn bounds(&self) -> (Vec3, Vec3) {
         let [a, b, c] = self.corners;
         (a.min(b).min(c), a.max(b).max(c))

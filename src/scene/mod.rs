@@ -51,6 +51,7 @@ pub struct Scene {
     pub camera: Camera,
     /// What the camera would be from elsewhere.
     pub framing: Framing,
+    in_lanes: bool,
     is_diffuse: bool,
 }
 
@@ -142,9 +143,9 @@ impl Scene {
         let framing = Framing::new(&settings.camera, (width, height), up)?;
         let camera = framing.camera(&mesh)?;
         let environment = environment(settings, &up, !lights.emit(), warnings)?;
-        let is_diffuse = lights.are_plain()
-            && !mesh.triangles.is_empty()
-            && mesh.materials_in_use(&materials).all(is_lambert);
+        let in_lanes = !mesh.triangles.is_empty();
+        let is_diffuse =
+            in_lanes && lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
@@ -152,12 +153,19 @@ impl Scene {
             environment,
             camera,
             framing,
+            in_lanes,
             is_diffuse,
         })
     }
 
-    /// Whether all that scatters is a Lambert surface and the lights are plain: then paths are shaded eight at
-    /// once, in lanes.
+    /// Whether paths are shaded eight at once, in lanes.
+    #[inline]
+    pub fn in_lanes(&self) -> bool {
+        self.in_lanes
+    }
+
+    /// Whether all that scatters is a Lambert surface and the lights are plain: then base paths with offset paths
+    /// are in lanes too.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
         self.is_diffuse
@@ -165,7 +173,7 @@ impl Scene {
 
     /// Has all paths shaded one by one even so, to compare with.
     pub fn leave_lanes(&mut self) {
-        self.is_diffuse = false;
+        (self.in_lanes, self.is_diffuse) = (false, false);
     }
 
     /// A fingerprint of geometry, materials, light and camera: the same on every machine.

@@ -203,6 +203,23 @@ impl ClosestBatch {
         })
     }
 
+    /// The triangle that a ray hit, after tracing.
+    #[inline]
+    pub fn triangle(&self, index: u32) -> Option<u32> {
+        let triangle = self.blocks[index as usize / LANES].prim_id[index as usize % LANES];
+        (triangle != INVALID).then_some(triangle)
+    }
+
+    /// [`ClosestBatch::hits_of`] with the directions of the rays.
+    #[inline(always)]
+    pub fn gathered_hits(&self, rays: &[u32; LANES], lanes: u32) -> HitsX8 {
+        let mut direction = Vec3x8::ZERO;
+        for lane in lanes_of(lanes) {
+            direction.set(lane, self.ray(rays[lane]).direction);
+        }
+        self.hits_of(rays, lanes, direction)
+    }
+
     /// What the rays of a block hit, after tracing; where there are no rays there are no hits.
     #[inline(always)]
     pub fn hits(&self, block: usize) -> HitsX8 {

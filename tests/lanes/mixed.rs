@@ -80,6 +80,8 @@ fn scene(rng: &mut Rng) -> Scene {
         }
         file.materials.push(MtlMaterial {
             kd: Some([0.5; 3]),
+            // What the scene is told is that not all is diffuse.
+            pm: Some(1.0),
             maps,
             ..Default::default()
         });
@@ -126,7 +128,6 @@ fn scene(rng: &mut Rng) -> Scene {
     for material in &mut scene.materials[..SURFACES] {
         scatter(rng, material, settings.roughness_threshold);
     }
-    scene.leave_lanes();
     scene
 }
 

@@ -10,6 +10,17 @@ use crate::trace::rays::HitsX8;
 use crate::vertex::End;
 use wide::f32x8;
 
+/// How rays left x_k.
+#[derive(Clone, Copy)]
+pub(super) struct Left {
+    /// Where.
+    pub(super) from: Vec3x8,
+    /// Densities of the directions, roulette included.
+    pub(super) pdf: f32x8,
+    /// A bit for each lane whose scattering event is of class rough, so that light sampling could have made it.
+    pub(super) rough: u32,
+}
+
 /// The ends of the segments from x_k to x_{k+1}.
 pub(super) struct Arrival<'a> {
     /// Of the triangles.
@@ -25,16 +36,9 @@ pub(super) struct Arrival<'a> {
 }
 
 impl<'a> Arrival<'a> {
-    /// Where the rays `rays` arrived, which left x_k at `from` with the densities `pdf`.
+    /// Where the rays `rays` arrived, which left x_k as `left` says.
     #[inline(always)]
-    pub(super) fn new(
-        context: Context<'a>,
-        k: u32,
-        hits: &HitsX8,
-        rays: u32,
-        from: Vec3x8,
-        pdf: f32x8,
-    ) -> Self {
+    pub(super) fn new(context: Context<'a>, k: u32, hits: &HitsX8, rays: u32, left: Left) -> Self {
         let scene = context.scene;
         let materials = materials(scene, hits);
         let lights = lights(&materials, hits);
@@ -57,30 +61,32 @@ impl<'a> Arrival<'a> {
             if matches!(&end, End::Light(light) if !light.front) {
                 continue;
             }
-            let (from, wi) = (from.lane(lane), hits.direction.lane(lane));
-            let by_light = ByLight::of(scene, from, &end, wi, pdf.as_array()[lane]);
+            let (from, wi) = (left.from.lane(lane), hits.direction.lane(lane));
             arrival.ends |= 1 << lane;
             arrival.radiance.set(lane, radiance(scene, &end, wi));
-            arrival
-                .by_light
-                .set_lane(lane, by_light.density(scene, from));
+            if left.rough >> lane & 1 == 1 {
+                let by_light = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
+                let density = by_light.density(scene, from);
+                arrival.by_light.set_lane(lane, density);
+            }
         }
         arrival
     }
 
-    /// x_{k+1}, also where it is on a light.
+    /// Moves `vertices` to x_{k+1}, also where it is on a light.
     #[inline(always)]
-    pub(super) fn vertices(&self, scene: &Scene, hits: &HitsX8) -> VerticesX8 {
-        VerticesX8::met(scene, hits, &self.materials, self.surfaces)
+    pub(super) fn put(&self, scene: &Scene, hits: &HitsX8, vertices: &mut VerticesX8) {
+        vertices.meet(scene, hits, &self.materials, self.surfaces);
     }
 }
 
-/// The primary hits, and the lanes in which they are surfaces.
+/// Moves `vertices` to primary hits; the lanes in which they are surfaces.
 #[inline(always)]
-pub(super) fn primary(scene: &Scene, hits: &HitsX8) -> (VerticesX8, u32) {
+pub(super) fn primary(scene: &Scene, hits: &HitsX8, vertices: &mut VerticesX8) -> u32 {
     let materials = materials(scene, hits);
     let surfaces = hits.found & !lights(&materials, hits);
-    (VerticesX8::met(scene, hits, &materials, surfaces), surfaces)
+    vertices.meet(scene, hits, &materials, surfaces);
+    surfaces
 }
 
 /// What the ray in a lane met.

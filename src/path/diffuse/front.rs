@@ -138,12 +138,16 @@ impl<const N: usize> Front<N> {
 
         // What they met.
         let width = (right - left) as usize;
+        self.blocks.clear();
         self.grid.resize(width, self.primary.len());
+        let mut vertices = VerticesX8::NONE;
         let (mut column, mut row) = (left, top);
         for place in (0..self.primary.len()).step_by(LANES) {
             let hits = self.primary.hits(place / LANES);
-            let (vertices, surfaces) = arrival::primary(context.scene, &hits);
-            self.grid.store(place, &vertices, surfaces);
+            let surfaces = arrival::primary(context.scene, &hits, &mut vertices);
+            if N > 0 {
+                self.grid.store(place, &vertices, surfaces);
+            }
             let mut pixels = [None; LANES];
             for pixel in pixels.iter_mut().take(self.primary.len() - place) {
                 // In the border this wraps around.
@@ -156,16 +160,44 @@ impl<const N: usize> Front<N> {
                 }
             }
             first_hits(context, &hits, &vertices, surfaces, pixels, samples, sums);
+            if N == 0 && surfaces != 0 {
+                self.start_plain(context, tile, place, sample, (&vertices, surfaces));
+            }
+        }
+        if N == 0 {
+            return;
         }
 
         // Base and offset paths.
-        self.blocks.clear();
         for y in 0..tile.height {
             for x in (0..tile.width).step_by(LANES) {
                 let row = (tile.y + y - top) as usize;
                 let place = row * width + (tile.x + x - left) as usize;
                 self.start(context, tile, (x, y), place, sample);
             }
+        }
+    }
+
+    /// Starts the paths of eight pixels of which the first is at `place`, row by row, without offset paths.
+    #[inline(always)]
+    fn start_plain(
+        &mut self,
+        context: Context,
+        tile: Tile,
+        place: usize,
+        sample: u64,
+        (vertices, alive): (&VerticesX8, u32),
+    ) {
+        let PathSettings { points, seed, .. } = *context.settings;
+        self.blocks.push(Block::NONE);
+        let block = self.blocks.last_mut().expect("it was just pushed");
+        block.pixel = place as u32;
+        block.vertices = vertices.clone();
+        block.alive = alive;
+        for lane in lanes_of(alive) {
+            let pixel = block.pixel + lane as u32;
+            let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
+            block.samplers[lane] = Sampler::for_pixel(points, seed, x, y, sample);
         }
     }
 
@@ -266,6 +298,10 @@ impl<const N: usize> Front<N> {
 
     /// Puts what the paths gathered into the samples of their pixels.
     pub(in crate::path) fn collect(&mut self, tile: Tile, samples: &mut [PixelSample]) {
+        if N == 0 {
+            // They have all become plain paths.
+            return;
+        }
         for block in self.blocks.drain(..) {
             let columns = (tile.width - block.pixel % tile.width) as usize;
             for lane in 0..LANES.min(columns) {
@@ -343,7 +379,7 @@ fn first_hits(
         };
         let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel]);
         if surfaces >> lane & 1 == 1 {
-            let albedo = vertices.albedo.lane(lane);
+            let albedo = vertices.reflectance(context.scene, lane);
             sums.first_hit(albedo, normal.lane(lane), distance.as_array()[lane]);
             continue;
         }

@@ -1,7 +1,7 @@
 //! The bounce step of base and offset paths: at x_1 offset paths are reconnected at x_2, at x_2 they take the
 //! base path's direction.
 
-use super::arrival::Arrival;
+use super::arrival::{Arrival, Left};
 use super::front::{Block, Front, OffsetX8, Stage, step};
 use super::grid::Grid;
 use super::vertices::{RaysX8, VerticesX8, draw_bsdf};
@@ -10,6 +10,7 @@ use crate::geometry::Seen;
 use crate::gradient::{Base, Shift};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::path::{Context, Counts, trace_any, trace_closest};
+use crate::scene::Scene;
 use crate::shift::Death;
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
@@ -75,7 +76,7 @@ impl<const N: usize> Flight<N> {
 
 impl<const N: usize> Front<N> {
     pub(super) fn bounce_step(&mut self, context: Context, k: u32) {
-        self.scatter(k);
+        self.scatter(context.scene, k);
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
         self.follow(context, k);
         trace_any(
@@ -88,16 +89,16 @@ impl<const N: usize> Front<N> {
     }
 
     /// Samples the BSDF at x_k.
-    fn scatter(&mut self, k: u32) {
+    fn scatter(&mut self, scene: &Scene, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_bsdf(samplers, k, &mut self.numbers);
+        draw_bsdf(scene, samplers, k, &mut self.numbers);
         self.flights.resize(self.blocks.len(), Flight::NONE);
         let steps = self.blocks.iter().zip(&mut self.flights);
         for ((block, flight), numbers) in steps.zip(&self.numbers) {
             let x = &block.vertices;
             // All of them carry light yet: x_1 and x_2 are not black.
-            let scattering = x.scatter(k, block.throughput, numbers);
+            let scattering = x.scatter(scene, k, block.throughput, numbers);
             flight.wi = scattering.wi;
             flight.pdf = scattering.pdf;
             flight.throughput = scattering.throughput;
@@ -115,18 +116,28 @@ impl<const N: usize> Front<N> {
         self.reconnection.clear();
         for (block, flight) in self.blocks.iter_mut().zip(&mut self.flights) {
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, flight.wi);
-            let from = block.vertices.position;
-            let arrival = Arrival::new(context, k, &hits, flight.alive, from, flight.pdf);
+            let left = Left {
+                from: block.vertices.position,
+                pdf: flight.pdf,
+                rough: flight.alive,
+            };
+            let arrival = Arrival::new(context, k, &hits, flight.alive, left);
             flight.surfaces = arrival.surfaces;
             flight.ends = arrival.ends;
             flight.radiance = arrival.radiance;
             flight.by_light = arrival.by_light;
-            let next = arrival.vertices(scene, &hits);
+            let mut next = VerticesX8::NONE;
+            arrival.put(scene, &hits, &mut next);
             match Stage::at(k) {
                 Stage::Free => {
                     let missed = !hits.found;
                     let rays = &mut self.reconnection;
-                    flight.reconnect(block, &self.grid, &next, missed, rays, &mut self.counts);
+                    let sites = Sites {
+                        grid: &self.grid,
+                        next: &next,
+                        missed,
+                    };
+                    flight.reconnect(block, &sites, rays, &mut self.counts);
                 }
                 _ => flight.share(block, k, &mut self.counts),
             }
@@ -170,18 +181,17 @@ impl<const N: usize> Front<N> {
 }
 
 impl<const N: usize> Flight<N> {
-    /// Reconnects the offset paths' own vertices to `next`, which is x_2, or lets them take the same
-    /// direction where the base path has `missed` everything.
+    /// Reconnects the offset paths' own vertices to x_2, or lets them take the same direction where the base path
+    /// has missed everything.
     #[inline(always)]
     fn reconnect(
         &mut self,
         block: &mut Block<N>,
-        grid: &Grid,
-        next: &VerticesX8,
-        missed: u32,
+        sites: &Sites,
         reconnection: &mut AnyBatch,
         counts: &mut Counts,
     ) {
+        let Sites { grid, next, missed } = *sites;
         let x = &block.vertices;
         let environment = self.ends & missed;
         let distant = mask_of(environment);
@@ -198,7 +208,7 @@ impl<const N: usize> Flight<N> {
             let direction = Vec3x8::select(distant, self.wi, there.direction);
             let jacobian = there.solid_angle_per_area / here.solid_angle_per_area;
             let jacobian = distant.select(f32x8::ONE, jacobian);
-            let mut eval = y.eval(direction);
+            let mut eval = y.eval_diffuse(direction);
             eval.holds &= holds | distant;
             let scattered = ScatteredX8 {
                 wo: -direction,
@@ -270,6 +280,15 @@ impl<const N: usize> Flight<N> {
             ratio,
         };
     }
+}
+
+/// What offset paths may be reconnected at.
+struct Sites<'a> {
+    grid: &'a Grid,
+    /// x_2
+    next: &'a VerticesX8,
+    /// A bit for each lane whose base path has missed everything.
+    missed: u32,
 }
 
 /// Scattering events of offset paths.

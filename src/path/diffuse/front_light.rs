@@ -71,12 +71,18 @@ impl<const N: usize> Front<N> {
         self.lights.resize(self.blocks.len(), LightBlock::DARK);
         let steps = self.blocks.iter().zip(&mut self.lights);
         for ((block, connections), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
-            let light = scene.sample_lights([u0, u1, u2]);
+            let from = block.vertices.position;
+            let light = scene.sample_lights(from, block.alive, [u0, u1, u2]);
+            let to_light = block.vertices.connect(k, block.throughput, &light, scene);
             match Stage::at(k) {
                 Stage::Free => {
-                    block.connect_free(&self.grid, &light, connections, &mut self.shadow);
+                    let to = (&light, &to_light);
+                    block.connect_free(&self.grid, to, connections, &mut self.shadow);
                 }
-                _ => block.connect_joined(k, &light, connections, &mut self.shadow),
+                _ => {
+                    let rays = block.vertices.shadow_rays(&light);
+                    block.connect_joined(k, &to_light, &rays, connections, &mut self.shadow);
+                }
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
@@ -111,20 +117,18 @@ impl<const N: usize> Block<N> {
     fn connect_free(
         &self,
         grid: &Grid,
-        light: &LightSamplesX8,
+        (light, to_light): (&LightSamplesX8, &ConnectedX8),
         to: &mut LightBlock<N>,
         shadow: &mut AnyBatch,
     ) {
         let LightBlock { base, offsets } = to;
-        *base = self.base_connection(&self.vertices.connect(1, self.throughput, light));
-        let base_rays = self
-            .vertices
-            .rays_to(light.position, light.ng, light.offset);
+        *base = self.base_connection(to_light);
+        let base_rays = self.vertices.shadow_rays(light);
         let mut rays = [RaysX8::NONE; N];
         for (j, offset) in self.offsets.iter().enumerate() {
             let y = grid.load(self.place, step(j, grid.width));
             let seen = y.see(light);
-            let eval = y.eval(seen.wi);
+            let eval = y.eval_diffuse(seen.wi);
             let value = offset.throughput * eval.value * light.radiance * seen.per_density;
             let by_bsdf = offset.ratio * eval.pdf * y.survival(1) * seen.per_density;
             // What is not finite is dead.
@@ -136,7 +140,7 @@ impl<const N: usize> Block<N> {
                 holds: holds.to_bitmask() & offset.alive & base.holds,
                 ray: [0; LANES],
             };
-            rays[j] = y.rays_to(light.position, light.ng, light.offset);
+            rays[j] = y.shadow_rays(light);
         }
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&base_rays.lane(lane));
@@ -153,15 +157,14 @@ impl<const N: usize> Block<N> {
     fn connect_joined(
         &self,
         k: u32,
-        light: &LightSamplesX8,
+        to_light: &ConnectedX8,
+        rays: &RaysX8,
         to: &mut LightBlock<N>,
         shadow: &mut AnyBatch,
     ) {
         let x = &self.vertices;
-        let to_light = x.connect(k, self.throughput, light);
         let LightBlock { base, offsets } = to;
-        *base = self.base_connection(&to_light);
-        let rays = x.rays_to(light.position, light.ng, light.offset);
+        *base = self.base_connection(to_light);
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&rays.lane(lane));
         }

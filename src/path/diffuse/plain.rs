@@ -1,14 +1,16 @@
 //! Plain paths: the light step and the bounce step, without offset paths. They are packed densely when they
-//! scatter; those that end on a light leave gaps until the next time.
+//! scatter, and by the kinds of the surfaces at which they arrive; in diffuse scenes, where there is but one, those
+//! that end on a light leave gaps until the next time.
 
-use super::arrival::Arrival;
+use super::arrival::{Arrival, Left};
+use super::order::Order;
 use super::vertices::{VerticesX8, draw_bsdf, draw_light};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::path::{Context, Counts, trace_any, trace_closest};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::trace::RayKind;
-use crate::trace::rays::{AnyBatch, ClosestBatch};
+use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
 use crate::vertex::Vertex;
 use glam::Vec3;
 use wide::f32x8;
@@ -27,6 +29,7 @@ pub(in crate::path) struct PlainPaths {
     lit: Vec<Lit>,
     bounce: ClosestBatch,
     shadow: AnyBatch,
+    order: Order,
     /// The light of each path, in the order in which they were pushed.
     pub(in crate::path) gathered: Vec<Vec3>,
     pub(in crate::path) counts: Counts,
@@ -54,6 +57,8 @@ struct PlainFlight {
     throughput: Vec3x8,
     /// Density of the direction, roulette included.
     pdf: f32x8,
+    /// A bit for each lane whose scattering event is of class rough.
+    rough: u32,
     samplers: [Sampler; LANES],
     index: [u32; LANES],
 }
@@ -79,9 +84,29 @@ impl PlainFlight {
         from: Vec3x8::ZERO,
         throughput: Vec3x8::ZERO,
         pdf: f32x8::ZERO,
+        rough: 0,
         samplers: [Sampler::NONE; LANES],
         index: [0; LANES],
     };
+
+    /// The paths of the rays `rays`, which are anywhere in `flights`.
+    #[inline(always)]
+    fn gather(flights: &[Self], rays: &[u32; LANES], lanes: u32) -> Self {
+        let mut gathered = Self::NONE;
+        for lane in lanes_of(lanes) {
+            let (flight, from) = (
+                &flights[rays[lane] as usize / LANES],
+                rays[lane] as usize % LANES,
+            );
+            gathered.from.set(lane, flight.from.lane(from));
+            gathered.throughput.set(lane, flight.throughput.lane(from));
+            gathered.pdf.set_lane(lane, flight.pdf.lane(from));
+            gathered.rough |= (flight.rough >> from & 1) << lane;
+            gathered.samplers[lane] = flight.samplers[from];
+            gathered.index[lane] = flight.index[from];
+        }
+        gathered
+    }
 }
 
 impl PlainPaths {
@@ -128,7 +153,7 @@ impl PlainPaths {
     pub(in crate::path) fn step(&mut self, context: Context, k: u32) {
         if !self.is_empty() {
             self.light_step(context, k);
-            self.scatter(k);
+            self.scatter(context.scene, k);
             trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
             self.arrive(context, k);
         }
@@ -146,11 +171,16 @@ impl PlainPaths {
         draw_light(samplers, k, &mut self.numbers);
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
-            let light = scene.sample_lights([u0, u1, u2]);
-            let to_light = x.connect(k, block.throughput, &light);
+            // A path through a specular vertex is found by BSDF sampling alone.
+            let rough = x.rough & block.alive;
+            if rough == 0 {
+                continue;
+            }
+            let light = scene.sample_lights(x.position, rough, [u0, u1, u2]);
+            let to_light = x.connect(k, block.throughput, &light, scene);
             let value = to_light.value / (f32x8::ONE + to_light.by_bsdf);
-            let rays = x.rays_to(light.position, light.ng, light.offset);
-            for lane in lanes_of(to_light.holds & block.alive) {
+            let rays = x.shadow_rays(&light);
+            for lane in lanes_of(to_light.holds & rough) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
                     light: value.lane(lane),
@@ -167,15 +197,16 @@ impl PlainPaths {
     }
 
     /// Samples the BSDF at x_k; paths that end are left out.
-    fn scatter(&mut self, k: u32) {
+    fn scatter(&mut self, scene: &Scene, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_bsdf(samplers, k, &mut self.numbers);
+        draw_bsdf(scene, samplers, k, &mut self.numbers);
         for (block, numbers) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
-            let scattering = x.scatter(k, block.throughput, numbers);
+            let scattering = x.scatter(scene, k, block.throughput, numbers);
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
+            let rough = x.rough & !scattering.delta;
             for lane in lanes_of(scattering.holds & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
@@ -186,6 +217,7 @@ impl PlainPaths {
                 flight.from.set(to, x.position.lane(lane));
                 flight.throughput.set(to, scattering.throughput.lane(lane));
                 flight.pdf.set_lane(to, scattering.pdf.as_array()[lane]);
+                flight.rough = flight.rough & !(1 << to) | (rough >> lane & 1) << to;
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
             }
@@ -196,30 +228,79 @@ impl PlainPaths {
 
     /// Moves the paths to their next vertices; those that reached light are complete.
     fn arrive(&mut self, context: Context, k: u32) {
-        let scene = context.scene;
+        if !context.scene.is_diffuse() {
+            return self.arrive_by_kind(context, k);
+        }
         self.blocks
             .resize(self.len.div_ceil(LANES), PlainBlock::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
-            let hits = self.bounce.hits(at);
             let rays = first_lanes(self.len - at * LANES);
-            let arrival = Arrival::new(context, k, &hits, rays, flight.from, flight.pdf);
-            if arrival.ends != 0 {
-                let value = flight.throughput * arrival.radiance;
-                let light = value / (f32x8::ONE + arrival.by_light);
-                for lane in lanes_of(arrival.ends) {
-                    self.gathered[flight.index[lane] as usize] += light.lane(lane);
-                }
-            }
-            block.alive = arrival.surfaces;
-            if block.alive != 0 {
-                block.vertices = arrival.vertices(scene, &hits);
-                block.throughput = flight.throughput;
-                block.samplers = flight.samplers;
-                block.index = flight.index;
-            }
+            block.arrive(
+                context,
+                k,
+                &self.bounce.hits(at),
+                flight,
+                rays,
+                &mut self.gathered,
+            );
         }
         if self.blocks.iter().all(|block| block.alive == 0) {
             self.len = 0;
+        }
+    }
+
+    /// With paths that arrive at surfaces of one kind in the same blocks, in their order.
+    fn arrive_by_kind(&mut self, context: Context, k: u32) {
+        let going_on = self.order.sort(context, k, &self.bounce);
+        let rays = &self.order.rays;
+        self.blocks
+            .resize(rays.len().div_ceil(LANES), PlainBlock::NONE);
+        for (block, rays) in self.blocks.iter_mut().zip(rays.chunks(LANES)) {
+            let lanes = first_lanes(rays.len());
+            let mut of_lanes = [0; LANES];
+            of_lanes[..rays.len()].copy_from_slice(rays);
+            let hits = self.bounce.gathered_hits(&of_lanes, lanes);
+            let flight = PlainFlight::gather(&self.flights, &of_lanes, lanes);
+            block.arrive(context, k, &hits, &flight, lanes, &mut self.gathered);
+        }
+        // Behind those that go on there are only such that have ended.
+        self.blocks
+            .resize(going_on.div_ceil(LANES), PlainBlock::NONE);
+        self.len = going_on;
+    }
+}
+
+impl PlainBlock {
+    /// Where the paths of `flight` arrive whose rays are `rays`.
+    #[inline(always)]
+    fn arrive(
+        &mut self,
+        context: Context,
+        k: u32,
+        hits: &HitsX8,
+        flight: &PlainFlight,
+        rays: u32,
+        gathered: &mut [Vec3],
+    ) {
+        let left = Left {
+            from: flight.from,
+            pdf: flight.pdf,
+            rough: flight.rough,
+        };
+        let arrival = Arrival::new(context, k, hits, rays, left);
+        if arrival.ends != 0 {
+            let value = flight.throughput * arrival.radiance;
+            let light = value / (f32x8::ONE + arrival.by_light);
+            for lane in lanes_of(arrival.ends) {
+                gathered[flight.index[lane] as usize] += light.lane(lane);
+            }
+        }
+        self.alive = arrival.surfaces;
+        if self.alive != 0 {
+            arrival.put(context.scene, hits, &mut self.vertices);
+            self.throughput = flight.throughput;
+            self.samplers = flight.samplers;
+            self.index = flight.index;
         }
     }
 }
