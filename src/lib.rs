@@ -27,17 +27,19 @@
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
+//! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, sampler, filter, geometry, scene, trace, gradient, path, film, render |
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
 //! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path |
+//! | [`watch`] | The picture as it grows, in another program. | output |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | load, sampler, filter, trace, gradient, render, reconstruct, output |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
-//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, vantage, checkpoint, reconstruct, picture, compare, output, watch, bench, chart, spectrum, cli, progress |
 //!
 //! # A tour
 //!
@@ -137,5 +139,7 @@ pub mod shift;
 pub mod spectrum;
 pub mod sums;
 pub mod trace;
+pub mod vantage;
 pub mod vertex;
 pub mod warp;
+pub mod watch;

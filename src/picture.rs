@@ -3,7 +3,7 @@
 
 use crate::film::{Film, Halves};
 use crate::image::Image;
-use crate::reconstruct::error_estimate::{self, Estimated, Halved};
+use crate::reconstruct::error_estimate::{self, Halved};
 use crate::reconstruct::{self, Alpha, Method, Solution, Source};
 use std::time::Instant;
 
@@ -11,8 +11,11 @@ use std::time::Instant;
 pub struct Picture {
     /// The picture itself.
     pub image: Image,
-    /// Its error; `None` where there are no two halves to compare.
-    pub error: Option<Estimated>,
+    /// Standard error of each pixel; `None` where there are no two halves to compare.
+    pub error: Option<Image>,
+    /// relMSE without a reference; `None` too where there is nothing in the picture, of which two halves agree
+    /// however little they know.
+    pub rel_mse: Option<f64>,
     /// How the solver ended.
     pub solution: Solution,
     /// Time to make it, error and all.
@@ -27,7 +30,7 @@ pub struct Direct {
     pub all: Image,
 }
 
-/// Makes the picture and estimates its error. Works on the current pool.
+/// Makes the picture and estimates its error, which nobody knows of a black picture. Works on the current pool.
 pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
     let start = Instant::now();
     let made = reconstruct::run(method, source);
@@ -43,9 +46,11 @@ pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
         error_estimate::estimate(solved, direct, source.samples)
     });
     let image = made.picture.plus(&direct.all);
+    let black = image.channels.iter().flatten().all(|&v| v == 0.0);
     Picture {
+        rel_mse: error.as_ref().map(|e| e.rel_mse).filter(|_| !black),
         image,
-        error,
+        error: error.map(|e| e.standard),
         solution: made.solution,
         seconds: start.elapsed().as_secs_f64(),
     }
@@ -62,7 +67,11 @@ pub fn of_film(film: &Film, method: Method) -> Picture {
         halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
         all: film.direct(Halves::Both),
     };
-    make(method, &source, &direct)
+    let mut picture = make(method, &source, &direct);
+    if !film.shows_something() {
+        picture.rel_mse = None;
+    }
+    picture
 }
 
 /// As the flags have it, for the header and the summary.

@@ -49,6 +49,8 @@ pub enum Ending {
     Time,
     /// Its error is small enough.
     Error,
+    /// There is nothing to see.
+    Nothing,
     /// The user asked for the end.
     Interrupted,
 }
@@ -56,7 +58,7 @@ pub enum Ending {
 impl Ending {
     /// Lower-case name.
     pub fn name(self) -> &'static str {
-        ["samples", "time", "error", "interrupted"][self as usize]
+        ["samples", "time", "error", "nothing", "interrupted"][self as usize]
     }
 }
 

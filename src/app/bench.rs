@@ -1,6 +1,6 @@
 //! `gdpt bench` from flags to tables.
 
-use super::{Ended, SceneFlags, load_scene, thread_pool};
+use super::{Ended, SceneFlags, load_with_camera, thread_pool};
 use crate::bench::{measure, plot, record, report};
 use crate::cli::BenchArgs;
 use crate::error::{Error, Result, Warnings};
@@ -33,7 +33,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(false);
     let flags = SceneFlags::of_size(args.size);
-    let scene = load_scene(&args.scene, flags, &mut warnings)?;
+    let scene = load_with_camera(&args.scene, flags, &mut warnings)?;
     Reporter::new(false).warnings(warnings.list());
 
     let subjects = build(&scene, pool.current_num_threads())?;

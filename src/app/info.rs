@@ -1,6 +1,6 @@
 //! `gdpt info`: what a scene holds and what its render takes.
 
-use super::{Ended, SceneFlags, load_scene};
+use super::{Ended, SceneFlags, load_with_camera};
 use crate::bsdf::Bsdf;
 use crate::cli::InfoArgs;
 use crate::error::{Result, Warnings};
@@ -73,7 +73,7 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
     }
     let flags = SceneFlags::of_size(args.size);
     let mut warnings = Warnings::new(false);
-    let scene = load_scene(&args.scene, flags, &mut warnings)?;
+    let scene = load_with_camera(&args.scene, flags, &mut warnings)?;
     let info = Info {
         version: env!("CARGO_PKG_VERSION"),
         scene: args.scene.display().to_string(),

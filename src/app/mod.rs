@@ -17,7 +17,10 @@ use crate::load::sidecar::{CameraTable, EnvironmentTable};
 use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
+use crate::scene::framing::Open;
 use crate::scene::{EnvironmentSetting, Scene, SceneSettings};
+use crate::trace::{Backend, Traverse};
+use crate::vantage;
 use std::path::Path;
 
 /// How the program ended, if not with an error.
@@ -95,6 +98,24 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)
+}
+
+/// Reads the OBJ and the TOML beside it, and has the camera stand where most is seen if that is open.
+fn load_with_camera(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
+    let mut scene = load_scene(path, flags, warnings)?;
+    if scene.framing.open() != Open::Nothing {
+        let tracer = Backend::DEFAULT.build(&scene.mesh, rayon::current_num_threads())?;
+        settle(&mut scene, &*tracer, warnings)?;
+    }
+    Ok(scene)
+}
+
+/// Has the camera stand where most is seen if that is open. Works on the current pool.
+fn settle(scene: &mut Scene, tracer: &dyn Traverse, warnings: &mut Warnings) -> Result<()> {
+    if let Some(note) = vantage::settle(scene, tracer)? {
+        warnings.note(note);
+    }
+    Ok(())
 }
 
 /// The method that the flags name.

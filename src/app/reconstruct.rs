@@ -86,6 +86,9 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     };
     let made = pool.install(|| picture::make(method, &source, direct));
 
+    let depth = rest.channels.get("depth.Z");
+    let nothing = depth.is_some_and(|depth| depth.iter().all(|&d| d == 0.0));
+
     // File.
     match format {
         Format::Display(encoding) => {
@@ -95,7 +98,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
             let mut layers = Layers::default();
             layers.picture(&made.image);
             if let Some(error) = &made.error {
-                layers.colour("error", &error.standard);
+                layers.colour("error", error);
             }
             let replaced =
                 |name: &str| ["R", "G", "B", "A"].contains(&name) || name.starts_with("error.");
@@ -119,8 +122,8 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
             residual,
         } = made.solution;
         let mut text = solving(made.seconds, iterations, residual);
-        if let Some(error) = &made.error {
-            text += &format!("\nestimated relMSE {:.2e}", error.rel_mse);
+        if let Some(error) = made.rel_mse.filter(|_| !nothing) {
+            text += &format!("\nestimated relMSE {error:.2e}");
         }
         let text = format!("{text}\nwrote {}\n", output::name_of(&args.output));
         output::print_beside(&[&args.output], &text)?;

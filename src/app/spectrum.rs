@@ -1,6 +1,6 @@
 //! `gdpt spectrum` from a scene to figures of the error theory.
 
-use super::{Ended, SceneFlags, distinct, load_scene, thread_pool};
+use super::{Ended, SceneFlags, distinct, load_with_camera, thread_pool};
 use crate::cli::SpectrumArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::film::{Film, Halves};
@@ -44,7 +44,7 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
 
     let flags = SceneFlags::of_size(args.size);
     let mut warnings = Warnings::new(false);
-    let scene = load_scene(path, flags, &mut warnings)?;
+    let scene = load_with_camera(path, flags, &mut warnings)?;
     if scene.camera.width < 2 || scene.camera.height < 2 {
         let message = "a spectrum needs a picture of at least 2x2 pixels: see --size";
         return Err(Error::Setting(message.into()));

@@ -2,7 +2,7 @@
 
 use super::reconstruct::Reconstruct;
 use super::values::{
-    EnvironmentFlag, SizeFlag, alpha, duration, environment, pixel, size, up, vector,
+    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, size, up, vector,
 };
 use crate::filter::Filter;
 use crate::gradient::Weights;
@@ -216,6 +216,11 @@ pub struct RenderArgs {
     /// Number of threads [default: all]
     #[arg(help_heading = RUNNING, long)]
     pub threads: Option<usize>,
+
+    /// Show the picture as it grows in tev, which listens at localhost:14158 unless told otherwise
+    #[arg(help_heading = RUNNING, long, value_name = "HOST:PORT", value_parser = address)]
+    #[arg(num_args = 0..=1, default_missing_value = "localhost:14158")]
+    pub watch: Option<String>,
 
     /// Warnings are errors
     #[arg(help_heading = RUNNING, long)]

@@ -103,6 +103,18 @@ pub(super) fn pixel(text: &str) -> Result<(u32, u32), String> {
     parts.ok_or_else(|| "needs column and row with a comma between, such as 12,40".into())
 }
 
+/// A host and a port.
+pub(super) fn address(text: &str) -> Result<String, String> {
+    let is_address = text
+        .rsplit_once(':')
+        .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+    if is_address {
+        Ok(text.to_owned())
+    } else {
+        Err("needs host and port, such as localhost:14158; name scenes before --watch".into())
+    }
+}
+
 /// `90`, `90s`, `5m`, `1h30m`, `1.5m`.
 pub(super) fn duration(text: &str) -> Result<Duration, String> {
     let wrong = || "needs a time such as 30s, 5m or 1h30m".to_owned();
@@ -157,6 +169,10 @@ mod tests {
         let white = EnvironmentFlag::Radiance([1.0; 3]);
         assert_eq!(environment("1,1,1"), Ok(white));
         assert!(environment("1,1,x").is_err());
+        assert_eq!(address("[::1]:99"), Ok("[::1]:99".into()));
+        for bad in ["scene.obj", "localhost", "localhost:", ":7", "a:70000"] {
+            assert!(address(bad).is_err(), "{bad}");
+        }
         assert_eq!(alpha("auto"), Ok(Alpha::Auto));
         assert_eq!(alpha("0.3"), Ok(Alpha::Fixed(0.3)));
         for bad in ["-1", "nan", "inf", "x", ""] {

@@ -290,6 +290,26 @@ impl Film {
         Image::new(self.width as usize, self.height as usize)
     }
 
+    /// Whether any sample carried light.
+    pub fn has_light(&self) -> bool {
+        let mut halves = self.pixels().flat_map(|p| &p.halves);
+        halves.any(|h| h.primal != Vec3::ZERO || h.direct != Vec3::ZERO)
+    }
+
+    /// Whether it is of something: any camera ray met a surface, and any sample carried light.
+    pub fn shows_something(&self) -> bool {
+        self.has_hits() && self.has_light()
+    }
+
+    /// Whether any camera ray met a surface.
+    pub fn has_hits(&self) -> bool {
+        self.pixels().any(|p| p.hits > 0)
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = &Pixel> {
+        self.tiles.iter().flat_map(|tile| &tile.pixels)
+    }
+
     /// Number of samples of one half or of all.
     pub fn count(&self, halves: Halves) -> u64 {
         self.samples[halves.range()].iter().sum()

@@ -39,6 +39,11 @@ impl Layers {
         self.attributes.push((name.to_owned(), value.into()));
     }
 
+    /// All channels with their names, row by row.
+    pub fn channels(&self) -> &[(String, Vec<f32>)] {
+        &self.channels
+    }
+
     fn named(&mut self, names: [String; 3], image: &Image) {
         for (name, values) in names.into_iter().zip(&image.channels) {
             self.channels.push((name, values.clone()));

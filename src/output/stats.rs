@@ -32,7 +32,7 @@ pub struct Stats {
     pub samples: u64,
     /// Whether it ended before the samples that were asked for, on a signal.
     pub interrupted: bool,
-    /// Why it ended: samples, time, error or interrupted.
+    /// Why it ended: samples, time, error, nothing or interrupted.
     pub ended: &'static str,
     /// Seconds reading the scene.
     pub seconds_loading: f64,
@@ -48,6 +48,8 @@ pub struct Stats {
     pub solver_residual: f64,
     /// The picture's error as relMSE, from its two halves; none with a single sample.
     pub estimated_rel_mse: Option<f64>,
+    /// Whether there is anything in the picture: a surface, and light. Where there is nothing, its error is not known.
+    pub shows_something: bool,
     /// Rays by kind.
     pub rays: BTreeMap<&'static str, u64>,
     /// Million rays per second of tracing.
@@ -101,6 +103,9 @@ impl Stats {
             ),
         );
         text += &format!("\n{}", self.camera);
+        if !self.shows_something {
+            text += "\nthere is nothing in the picture, estimated relMSE none";
+        }
         if let Some(error) = self.estimated_rel_mse {
             text += &format!("\nestimated relMSE {error:.2e}");
         }

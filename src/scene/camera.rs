@@ -173,6 +173,20 @@ impl Camera {
         (self.origin + at, (in_focus - at).normalize())
     }
 
+    /// The same camera with other pixels, which fill the same film.
+    pub fn at_size(&self, width: u32, height: u32) -> Self {
+        let step = |step: Vec3, from: u32, to: u32| step * (from as f32 / to as f32);
+        Self {
+            width,
+            height,
+            step: (
+                step(self.step.0, self.width, width),
+                step(self.step.1, self.height, height),
+            ),
+            ..self.clone()
+        }
+    }
+
     /// The camera turned about the vertical axis through its target by `angle`, counter-clockwise seen
     /// from above.
     pub fn turned(&self, angle: f32) -> Self {

@@ -131,6 +131,16 @@ impl Framing {
         }
     }
 
+    /// Degrees from the front that the user asks for, if so.
+    pub fn azimuth(&self) -> Option<f32> {
+        self.table.azimuth
+    }
+
+    /// Degrees above the horizon that the user asks for, if so.
+    pub fn elevation(&self) -> Option<f32> {
+        self.table.elevation
+    }
+
     fn side(&self) -> Side {
         let side = self.table.view.map_or(Side::THREE_QUARTER, Side::of_view);
         Side {
@@ -165,12 +175,21 @@ impl Framing {
         Camera::new(&aim, &self.optics)
     }
 
-    /// The camera at `origin` that looks towards `forward`, with a field of view of `fov` degrees if the user does not
-    /// give one.
-    pub fn standing_at(&self, origin: Vec3, forward: Vec3, fov: f32) -> Result<Camera> {
+    /// The camera at `origin` in the scene that looks along the unit vector `forward`, with a field of view of `fov`
+    /// degrees if the user does not give one.
+    pub fn standing_at(
+        &self,
+        mesh: &Mesh,
+        origin: Vec3,
+        forward: Vec3,
+        fov: f32,
+    ) -> Result<Camera> {
+        let diagonal = (mesh.bounds.1 - mesh.bounds.0).length();
+        // A camera that turns does so on the spot.
+        let ahead = if self.table.all_around { 1e-3 } else { 0.25 };
         let aim = Aim {
             origin,
-            target: origin + forward,
+            target: origin + forward * (ahead * diagonal),
             up: self.up.direction,
             vertical: self.up.direction,
         };

@@ -4,6 +4,7 @@
 mod bodies;
 #[path = "../common/mod.rs"]
 mod common;
+mod rooms;
 
 use bodies::Body;
 use common::lambert;

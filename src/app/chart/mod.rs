@@ -2,7 +2,7 @@
 
 mod scene;
 
-use super::{Ended, SceneFlags, distinct, load_scene, reconstruction, thread_pool};
+use super::{Ended, SceneFlags, distinct, load_with_camera, reconstruction, thread_pool};
 use crate::chart::report::SceneReport;
 use crate::chart::store::Store;
 use crate::chart::{Row, Tracing, curves, figures, name_of, report};
@@ -76,7 +76,7 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
 /// A scene with its name.
 fn load(args: &ChartArgs, path: &Path, warnings: &mut Warnings) -> Result<(String, Scene)> {
     let flags = SceneFlags::of_size(args.size);
-    Ok((scene_name(path), load_scene(path, flags, warnings)?))
+    Ok((scene_name(path), load_with_camera(path, flags, warnings)?))
 }
 
 impl<'a> Plan<'a> {

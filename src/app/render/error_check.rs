@@ -31,7 +31,7 @@ impl ErrorCheck {
             return false;
         };
         let picture = self.last.insert(picture::of_film(film, method));
-        let error = picture.error.as_ref().map_or(f64::INFINITY, |e| e.rel_mse);
+        let error = picture.rel_mse.unwrap_or(f64::INFINITY);
         let missing = error / target;
         self.next = (done as f64 * missing.clamp(1.1, 2.0)) as u64;
         missing <= 1.0

@@ -1,18 +1,16 @@
 //! The picture to its file, or to another place where that fails.
 
+use super::layers::layers;
 use super::targets::Target;
-use crate::app::HALF_A;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
-use crate::film::{Film, FirstHits, Halves};
+use crate::film::{Film, FirstHits};
 use crate::load::scene_name;
-use crate::output::exr::Layers;
 use crate::output::format::Format;
 use crate::output::is_stream;
 use crate::output::png::Pixels;
 use crate::output::stats::Stats;
 use crate::picture::Picture;
-use crate::render::Method;
 use std::path::Path;
 
 /// What a render has made.
@@ -87,34 +85,7 @@ fn exr(path: &Path, made: &Made) -> Result<()> {
         film,
         stats,
     } = made;
-    let mut layers = Layers::default();
-    layers.picture(&picture.image);
-    if let Some(error) = &picture.error {
-        layers.colour("error", &error.standard);
-    }
-    // Both halves together, and half A: half B is the rest.
-    for (prefix, halves) in [("", Halves::Both), (HALF_A, Halves::A)] {
-        let e = film.estimate(halves);
-        let mut colour = |name: &str, image| layers.colour(&format!("{prefix}{name}"), image);
-        colour("primal", &e.primal);
-        colour("primal_variance", &e.primal_variance);
-        if args.method == Method::Gpt {
-            colour("dx", &e.dx);
-            colour("dy", &e.dy);
-            colour("dx_variance", &e.dx_variance);
-            colour("dy_variance", &e.dy_variance);
-        }
-        colour("direct", &film.direct(halves));
-    }
-    layers.colour("albedo", &hits.albedo);
-    layers.vector("normal", &hits.normal);
-    layers.channel("depth.Z", hits.depth.clone());
-    layers.channel("samples.dropped", hits.dropped.clone());
-    let total = (film.samples[0] + film.samples[1]) as f32;
-    layers.channel(
-        "samples.count",
-        hits.dropped.iter().map(|d| total - d).collect(),
-    );
+    let mut layers = layers(args.method, picture, hits, film);
     layers.attribute("gdpt.version", stats.version);
     layers.attribute("gdpt.scene", stats.scene.clone());
     layers.attribute("gdpt.scene_hash", stats.scene_hash.clone());

@@ -2,13 +2,16 @@
 
 mod error_check;
 mod files;
+mod layers;
 mod limits;
+mod nothing;
 mod replay;
 mod saving;
 mod targets;
 mod turntable;
+mod watching;
 
-use super::{Ended, SceneFlags, load_scene, reconstruction, thread_pool};
+use super::{Ended, SceneFlags, load_scene, reconstruction, settle, thread_pool};
 use crate::checkpoint::Progress;
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::error::{Error, Result, Warnings};
@@ -23,14 +26,17 @@ use crate::reconstruct;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
 use crate::trace::Traverse;
+use crate::watch::Watcher;
 use error_check::ErrorCheck;
 use files::Made;
+use nothing::Lookout;
 use saving::Saving;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 use targets::Target;
+use watching::Watching;
 
 /// Renders scenes. One that fails does not keep the others from being rendered. `stop` is asked between passes whether to end early.
 pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended> {
@@ -91,6 +97,7 @@ fn render_scene(
         .backend
         .build(&scene.mesh, pool.current_num_threads())?;
     let seconds_building = start.elapsed().as_secs_f64();
+    pool.install(|| settle(&mut scene, &*tracer, &mut warnings))?;
     reporter.warnings(warnings.list());
 
     let session = Session {
@@ -105,6 +112,7 @@ fn render_scene(
         seconds_loading,
         seconds_building,
         stop,
+        watcher: args.watch.clone().map(Watcher::new),
     };
     let Some(frames) = &target.frames else {
         return session.render(&scene, &target.output);
@@ -133,6 +141,7 @@ struct Session<'a> {
     seconds_loading: f64,
     seconds_building: f64,
     stop: &'a (dyn Fn() -> bool + Sync),
+    watcher: Option<Watcher>,
 }
 
 impl Session<'_> {
@@ -175,10 +184,16 @@ impl Session<'_> {
         };
         reporter.start(&job.limits);
         let mut check = ErrorCheck::new(args.error, saving.next_check());
+        let mut lookout = Lookout::new(args);
+        let watcher = self.watcher.as_ref();
+        let mut watching = Watching::new(watcher, output, args.method, args.quiet);
         let mut ask = |film: &Film, counts: &Counts| {
             saving.now_and_then(film, counts, check.next);
+            watching.now_and_then(film, method);
             if stop() {
                 Some(Ending::Interrupted)
+            } else if lookout.gives_up(scene, film) {
+                Some(Ending::Nothing)
             } else {
                 check.reached(film, method).then_some(Ending::Error)
             }
@@ -199,14 +214,13 @@ impl Session<'_> {
         let hits = film.first_hits();
         // Under --strict these end the program too, once the picture is written.
         let mut late = saving.complaints();
-        if counts.rays[0] > 0 && hits.depth.iter().all(|&d| d == 0.0) {
-            let message = "the camera sees nothing of the scene; check --origin, --target and --up";
-            late.push(message.to_owned());
-        }
         if counts.dropped > 0 {
             late.push(dropped(&counts, args.seed));
         }
         reporter.warnings(&late);
+        if let Some(message) = lookout.end(scene, &film) {
+            late.push(message);
+        }
 
         // Picture.
         let picture = match check.last {
@@ -214,6 +228,7 @@ impl Session<'_> {
             Some(picture) if outcome.ended == Ending::Error => picture,
             _ => pool.install(|| picture::of_film(&film, method)),
         };
+        late.extend(watching.end(&picture, &hits, &film));
 
         // Files.
         let (name, alpha) = picture::describe(method);
@@ -239,7 +254,8 @@ impl Session<'_> {
             seconds_solving: picture.seconds,
             solver_iterations: picture.solution.iterations,
             solver_residual: picture.solution.residual,
-            estimated_rel_mse: picture.error.as_ref().map(|e| e.rel_mse),
+            estimated_rel_mse: picture.rel_mse,
+            shows_something: film.shows_something(),
             rays: BTreeMap::new(),
             mrays_per_second: 0.0,
             dead_shifts: BTreeMap::new(),

@@ -1,7 +1,7 @@
 //! `--pixel` and `--sample`: one sample again, in words.
 
 use super::{load, path_settings};
-use crate::app::Ended;
+use crate::app::{Ended, settle};
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::output::print;
@@ -16,7 +16,9 @@ pub(super) fn replay(args: &RenderArgs, (x, y): (u32, u32)) -> Result<Ended> {
         return Err(Error::Setting(message.into()));
     };
     let mut warnings = Warnings::new(args.strict);
-    let scene = load(args, scene, &mut warnings)?;
+    let mut scene = load(args, scene, &mut warnings)?;
+    let tracer = args.backend.build(&scene.mesh, 1)?;
+    settle(&mut scene, &*tracer, &mut warnings)?;
     Reporter::new(args.quiet).warnings(warnings.list());
     let (width, height) = (scene.camera.width, scene.camera.height);
     if x >= width || y >= height {
@@ -26,7 +28,6 @@ pub(super) fn replay(args: &RenderArgs, (x, y): (u32, u32)) -> Result<Ended> {
             height - 1
         )));
     }
-    let tracer = args.backend.build(&scene.mesh, 1)?;
     let replay = match args.method {
         Method::Pt => replay::replay::<0>,
         Method::Gpt => replay::replay::<4>,
