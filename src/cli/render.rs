@@ -38,7 +38,7 @@ Examples:
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
   gdpt render scene.obj --view left --zoom 1.5         all of it from the left, larger
   gdpt render scene.obj -o out.jpg --up z --environment sky.hdr
-  gdpt render a.obj b.obj.gz -o pictures/ --time 1m    a picture of each, a minute for each
+  gdpt render a.obj b.obj -o pictures/ --time 1m       a picture of each, a minute for each
   gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
   gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
   gdpt render scene.obj --pixel 12,40 --sample 7       tell how this sample comes about
@@ -50,8 +50,7 @@ Exit codes: 0 done; 1 failed (one scene of several, too), or a setting that is n
 2 flags that cannot be read; 130 ended by Ctrl-C (what there was is written); 141 nobody reads
 standard output any more.")]
 pub struct RenderArgs {
-    /// The scenes (.obj, .obj.gz, or - for standard input); materials from the MTL, camera and environment from
-    /// SCENE.toml beside it
+    /// The scenes; materials from the MTL, camera and environment from SCENE.toml beside each
     #[arg(required = true, value_name = "SCENE.obj")]
     pub scenes: Vec<PathBuf>,
 
