@@ -221,15 +221,7 @@ impl Vertex {
         let sampled = match self.material(scene).bsdf {
             Bsdf::Lambert { .. } => {
                 let colour = self.texel.colour.into();
-                let (wi, eval) = lambert::sample::<f32>(colour, wo.z, [u[0], u[1]]);
-                let eval = eval.held()?;
-                Sampled {
-                    wi: wi.into(),
-                    value: eval.value,
-                    pdf: eval.pdf,
-                    lobe: Lobe::Reflection,
-                    delta: false,
-                }
+                lambert::sample::<f32>(colour, wo.z, [u[0], u[1]]).held()?
             }
             _ => self.sample_other(scene, wo.into(), u)?,
         };

@@ -5,12 +5,23 @@
 use super::fresnel::{dielectric, reflect, refract, relative_index};
 use super::{Evals, Samples, ggx, half_vector};
 use crate::lanes::{Float, Mask, Vector, positive};
+use glam::Vec3;
 
 /// What glass is made of.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Glass<F> {
     pub(super) ior: F,
     pub(super) tint: Vector<F>,
+}
+
+impl Glass<f32> {
+    #[inline(always)]
+    pub(super) fn one(ior: f32, tint: Vec3) -> Self {
+        Self {
+            ior,
+            tint: tint.into(),
+        }
+    }
 }
 
 impl<F: Float> Glass<F> {

@@ -1,7 +1,7 @@
 //! What BSDFs give, in lanes.
 
 use super::{Eval, Lobe, Sampled};
-use crate::lanes::{Float, Mask, Vector};
+use crate::lanes::{Float, Mask, Vector, positive};
 
 /// [`Eval`] in lanes.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +70,16 @@ impl<F: Float> Samples<F> {
             transmits: (mask & a.transmits) | (!mask & b.transmits),
             delta: (mask & a.delta) | (!mask & b.delta),
         }
+    }
+}
+
+impl<F: Float> Samples<F> {
+    /// Those that leave the surface, seen from `wo`, and have a density; the others do not hold.
+    #[inline(always)]
+    pub(super) fn leaves(mut self, wo: Vector<F>) -> Self {
+        let flat = wo.z.equals(F::ZERO) | self.wi.z.equals(F::ZERO);
+        self.eval.holds = self.eval.holds & positive(self.eval.pdf) & !flat;
+        self
     }
 }
 

@@ -1,7 +1,7 @@
 //! The Lambert surface: reflects the same radiance in all directions, on both sides.
 
-use super::Evals;
-use crate::lanes::{Float, Vector, positive};
+use super::{Evals, Samples};
+use crate::lanes::{Float, Mask, Vector, positive};
 use crate::warp;
 use std::f32::consts::FRAC_1_PI;
 
@@ -17,13 +17,17 @@ pub fn eval<F: Float>(albedo: Vector<F>, cos_o: F, cos_i: F) -> Evals<F> {
     }
 }
 
-/// Local directions with density cosθ/π, and what they evaluate to; it does not hold where nothing is
-/// reflected.
+/// Local directions with density cosθ/π; they do not hold where nothing is reflected.
 #[inline(always)]
-pub fn sample<F: Float>(albedo: Vector<F>, cos_o: F, u: [F; 2]) -> (Vector<F>, Evals<F>) {
+pub fn sample<F: Float>(albedo: Vector<F>, cos_o: F, u: [F; 2]) -> Samples<F> {
     let mut wi = warp::cosine_hemisphere(u);
     wi.z = wi.z.signed_as(cos_o);
     let mut eval = eval(albedo, cos_o, wi.z);
     eval.holds = eval.holds & positive(eval.pdf);
-    (wi, eval)
+    Samples {
+        wi,
+        eval,
+        transmits: F::Mask::none(),
+        delta: F::Mask::none(),
+    }
 }

@@ -16,8 +16,11 @@ mod thin;
 
 pub use evals::{Evals, Samples};
 
+use crate::lanes::Vector;
+use dielectric::Glass;
 use glam::Vec3;
-use plastic::Coat;
+use plastic::{Coat, Plastic};
+use thin::Pane;
 
 /// How a material scatters light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +129,63 @@ pub struct Sampled {
 }
 
 impl Bsdf {
+    /// Value and density for `wo` → `wi`, single directions left out. `None` where sampling cannot produce
+    /// `wi` at all (wrong side, no such lobe): a path through such a pair is outside the sampled path space.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
+        let (wo, wi) = (Vector::<f32>::from(wo), Vector::from(wi));
+        let eval = match *self {
+            Bsdf::Lambert { albedo } => lambert::eval(albedo.into(), wo.z, wi.z),
+            Bsdf::Conductor { f0, alpha } => conductor::eval(f0.into(), alpha, wo, wi),
+            Bsdf::RoughGlass { ior, alpha, tint } => Glass::one(ior, tint).eval(alpha, wo, wi),
+            Bsdf::RoughThin { ior, alpha, tint } => Pane::one(ior, tint).eval(alpha, wo, wi),
+            Bsdf::Plastic { albedo, ref coat } => Plastic::one(albedo, coat).eval(wo, wi),
+            Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. } => return None,
+        };
+        eval.held()
+    }
+
+    /// The single direction of a smooth material, of plastic's smooth coat, or straight through plastic, seen from
+    /// `wo`: coefficient and probability. `None` for a lobe that the material does not have.
+    #[inline]
+    pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
+        let (wo, transmits) = (Vector::<f32>::from(wo), lobe == Lobe::Transmission);
+        let eval = match *self {
+            Bsdf::Mirror { f0 } if !transmits => conductor::eval_mirror(f0.into(), wo),
+            Bsdf::Glass { ior, tint } => Glass::one(ior, tint).eval_smooth(wo, transmits),
+            Bsdf::Thin { ior, tint } => Pane::one(ior, tint).eval_smooth(wo, transmits),
+            Bsdf::Plastic { albedo, ref coat } => {
+                Plastic::one(albedo, coat).eval_single(wo, transmits)
+            }
+            _ => return None,
+        };
+        eval.held()
+    }
+
+    /// Draws `wi` with `u` in [0, 1)³: direction (0, 1) and lobe (2). `None`: the path ends here.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<Sampled> {
+        let [u0, u1, u_lobe] = u;
+        let (wo, direction) = (Vector::<f32>::from(wo), [u0, u1]);
+        let samples = match *self {
+            Bsdf::Lambert { albedo } => lambert::sample(albedo.into(), wo.z, direction),
+            Bsdf::Mirror { f0 } => conductor::sample_mirror(f0.into(), wo),
+            Bsdf::Conductor { f0, alpha } => conductor::sample(f0.into(), alpha, wo, direction),
+            Bsdf::Glass { ior, tint } => Glass::one(ior, tint).sample_smooth(wo, u_lobe),
+            Bsdf::RoughGlass { ior, alpha, tint } => {
+                Glass::one(ior, tint).sample(alpha, wo, direction, u_lobe)
+            }
+            Bsdf::Thin { ior, tint } => Pane::one(ior, tint).sample_smooth(wo, u_lobe),
+            Bsdf::RoughThin { ior, alpha, tint } => {
+                Pane::one(ior, tint).sample(alpha, wo, direction, u_lobe)
+            }
+            Bsdf::Plastic { albedo, ref coat } => {
+                Plastic::one(albedo, coat).sample(wo, direction, u_lobe)
+            }
+        };
+        samples.leaves(wo).held()
+    }
+
     /// The refractive index inside over outside; 1 for what has no inside.
     #[inline]
     pub fn ior(&self) -> f32 {

@@ -4,9 +4,8 @@
 use super::dielectric::Glass;
 use super::plastic::{Coat, Coats, Plastic};
 use super::thin::Pane;
-use super::{Bsdf, Eval, Evals, Lobe, Sampled, Samples, conductor, lambert};
+use super::{Bsdf, Evals, Samples, conductor, lambert};
 use crate::lanes::{Float, Mask, Vector};
-use glam::Vec3;
 
 /// The kinds of [`Bsdf`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,14 +57,6 @@ impl Kinds {
         lanes: [0; Kind::ALL.len()],
         there: 0,
     };
-
-    /// Of one lane.
-    #[inline(always)]
-    fn one(kind: Kind) -> Self {
-        let mut kinds = Self::NONE;
-        kinds.set(0, kind);
-        kinds
-    }
 
     /// Says of which kind a lane is.
     #[inline(always)]
@@ -199,14 +190,7 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
         let mut samples = Samples::none();
         for (kind, lanes) in self.kinds.there() {
             let of_kind = match kind {
-                Kind::Lambert => {
-                    let (wi, eval) = lambert::sample(self.texels.colour, wo.z, direction);
-                    Samples {
-                        wi,
-                        eval,
-                        ..Samples::none()
-                    }
-                }
+                Kind::Lambert => lambert::sample(self.texels.colour, wo.z, direction),
                 Kind::Mirror => conductor::sample_mirror(self.texels.colour, wo),
                 Kind::Conductor => {
                     conductor::sample(self.texels.colour, self.texels.alpha, wo, direction)
@@ -224,10 +208,7 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
             };
             samples = Samples::select(F::Mask::of_bits(lanes), of_kind, samples);
         }
-        let flat = wo.z.equals(F::ZERO) | samples.wi.z.equals(F::ZERO);
-        let eval = &mut samples.eval;
-        eval.holds = eval.holds & eval.pdf.above(F::ZERO) & !flat;
-        samples
+        samples.leaves(wo)
     }
 }
 
@@ -262,40 +243,104 @@ impl Bsdf {
             _ => &Coat::NONE,
         }
     }
+}
 
-    /// In a single lane.
-    #[inline(always)]
-    fn packed<'a>(&'a self) -> Packed<f32, impl Fn(usize) -> &'a Bsdf> {
-        let texel = self.texel();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::{Eval, Lobe};
+    use crate::lanes::{LANES, mask_of};
+    use glam::Vec3;
+    use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
+    use wide::f32x8;
+
+    /// One of each kind.
+    fn all(colour: Vec3, alpha: f32, ior: f32) -> [Bsdf; Kind::ALL.len()] {
+        let tint = colour;
+        let coat = Coat {
+            f0: 0.04,
+            tint: Vec3::new(1.0, 0.5, 0.9),
+            metallic: 0.2,
+            metal: Vec3::new(0.9, 0.6, 0.2),
+            // A smooth one now and then.
+            alpha: if alpha < 0.3 { 0.0 } else { alpha },
+            opacity: 0.7,
+            through: 0.2 * colour,
+            ..Coat::NONE
+        };
+        [
+            Bsdf::Lambert { albedo: colour },
+            Bsdf::Mirror { f0: colour },
+            Bsdf::Conductor { f0: colour, alpha },
+            Bsdf::Glass { ior, tint },
+            Bsdf::RoughGlass { ior, alpha, tint },
+            Bsdf::Thin { ior, tint },
+            Bsdf::RoughThin { ior, alpha, tint },
+            Bsdf::Plastic {
+                albedo: colour,
+                coat,
+            },
+        ]
+    }
+
+    fn packed<'a>(bsdfs: &'a [Bsdf; LANES]) -> Packed<f32x8, impl Fn(usize) -> &'a Bsdf> {
+        let mut kinds = Kinds::NONE;
+        for (lane, bsdf) in bsdfs.iter().enumerate() {
+            kinds.set(lane, bsdf.kind());
+        }
         Packed {
-            kinds: Kinds::one(self.kind()),
-            bsdf: move |_| self,
+            kinds,
+            bsdf: move |lane| &bsdfs[lane],
             texels: Texels {
-                colour: texel.colour.into(),
-                alpha: texel.alpha,
-                specular: texel.specular,
+                colour: Vector::from_lanes(|lane| bsdfs[lane].texel().colour),
+                alpha: f32x8::from_lanes(|lane| bsdfs[lane].texel().alpha),
+                specular: f32x8::from_lanes(|lane| bsdfs[lane].texel().specular),
             },
         }
     }
 
-    /// Value and density for `wo` → `wi`, single directions left out. `None` where sampling cannot produce
-    /// `wi` at all (wrong side, no such lobe): a path through such a pair is outside the sampled path space.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Option<Eval> {
-        self.packed().eval(wo.into(), wi.into()).held()
+    fn held(evals: &Evals<f32x8>, lane: usize) -> Option<Eval> {
+        (evals.holds.bits() >> lane & 1 == 1).then(|| Eval {
+            value: evals.value.lane(lane),
+            pdf: evals.pdf.lane(lane),
+        })
     }
 
-    /// The single direction of a smooth material, of plastic's smooth coat, or straight through plastic, seen from
-    /// `wo`: coefficient and probability. `None` for a lobe that the material does not have.
-    #[inline]
-    pub fn eval_delta(&self, wo: Vec3, lobe: Lobe) -> Option<Eval> {
-        let transmits = lobe == Lobe::Transmission;
-        self.packed().eval_delta(wo.into(), transmits).held()
-    }
+    proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(7), failure_persistence: None, ..Default::default() })]
 
-    /// Draws `wi` with `u` in [0, 1)³: direction (0, 1) and lobe (2). `None`: the path ends here.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<Sampled> {
-        self.packed().sample(wo.into(), u).held()
+        /// A block with a lane of each kind gives each lane the bits of its BSDF alone.
+        #[test]
+        fn lanes_have_the_bits_of_each_bsdf_alone(
+            colour in (0f32..1.0, 0f32..1.0, 0f32..1.0), alpha in 0.02f32..1.0, ior in 0.6f32..2.5,
+            wo in (-1f32..1.0, -1f32..1.0, -1f32..1.0), wi in (-1f32..1.0, -1f32..1.0, -1f32..1.0),
+            u in [0f32..1.0, 0f32..1.0, 0f32..1.0], transmits in any::<bool>(),
+        ) {
+            let unit = |v: (f32, f32, f32)| Vec3::from(v).try_normalize();
+            let (Some(wo), Some(wi)) = (unit(wo), unit(wi)) else {
+                return Err(TestCaseError::reject("no direction"));
+            };
+            let bsdfs = all(colour.into(), alpha, ior);
+            let lanes = packed(&bsdfs);
+            let (wos, wis) = (Vector::splat(wo), Vector::splat(wi));
+            let lobe = if transmits { Lobe::Transmission } else { Lobe::Reflection };
+            let evals = lanes.eval(wos, wis);
+            let deltas = lanes.eval_delta(wos, mask_of(if transmits { 255 } else { 0 }));
+            let samples = lanes.sample(wos, u.map(f32x8::splat));
+            for (lane, bsdf) in bsdfs.iter().enumerate() {
+                prop_assert_eq!(held(&evals, lane), bsdf.eval(wo, wi));
+                prop_assert_eq!(held(&deltas, lane), bsdf.eval_delta(wo, lobe));
+                let alone = bsdf.sample(wo, u);
+                let eval = alone.map(|s| Eval { value: s.value, pdf: s.pdf });
+                prop_assert_eq!(held(&samples.eval, lane), eval);
+                if let Some(alone) = alone {
+                    prop_assert_eq!(samples.wi.lane(lane), alone.wi);
+                    let bit = |mask: f32x8| mask.bits() >> lane & 1 == 1;
+                    prop_assert_eq!(bit(samples.delta), alone.delta);
+                    prop_assert_eq!(bit(samples.transmits), alone.lobe == Lobe::Transmission);
+                }
+            }
+        }
     }
 }

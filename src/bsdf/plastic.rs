@@ -165,6 +165,16 @@ fn pairs<F: Float>(pair: impl Fn(usize) -> (f32, f32)) -> (F, F) {
     (pairs.x, pairs.y)
 }
 
+impl Plastic<f32> {
+    #[inline(always)]
+    pub(super) fn one(albedo: Vec3, coat: &Coat) -> Self {
+        Self {
+            albedo: albedo.into(),
+            coat: Coats::of(&[coat; LANES]),
+        }
+    }
+}
+
 impl<F: Float> Plastic<F> {
     /// Probabilities of sampling the coat, and of going straight through, seen from directions with these cosines,
     /// where the coat has these shares: about their shares of what the surface leaves of light.

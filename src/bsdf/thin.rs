@@ -6,6 +6,7 @@
 use super::fresnel::{dielectric, reflect};
 use super::{Evals, Samples, ggx};
 use crate::lanes::{Float, Mask, Vector, positive};
+use glam::Vec3;
 
 /// What a pane is made of.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +38,16 @@ impl<F: Float> Shares<F> {
             Vector::select(transmits, self.passing, self.reflected),
             F::select(transmits, F::ONE - p, p),
         )
+    }
+}
+
+impl Pane<f32> {
+    #[inline(always)]
+    pub(super) fn one(ior: f32, tint: Vec3) -> Self {
+        Self {
+            ior,
+            tint: tint.into(),
+        }
     }
 }
 

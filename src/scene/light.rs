@@ -276,18 +276,24 @@ impl Scene {
         }))
     }
 
-    /// [`Scene::sample_light`] in `lanes`, for the points `from`. There must be a light.
+    /// [`Scene::sample_light`] in `lanes`, for the points `from`. There must be a light. `PLAIN`: the lights are plain.
     #[inline(always)]
-    pub fn sample_lights(&self, from: Vec3x8, lanes: u32, u: [f32x8; 3]) -> LightSamplesX8 {
+    pub fn sample_lights<const PLAIN: bool>(
+        &self,
+        from: Vec3x8,
+        lanes: u32,
+        u: [f32x8; 3],
+    ) -> LightSamplesX8 {
         let lights = &self.lights;
         match &lights.choice {
-            Choice::Power(table) if lights.plain => {
+            Choice::Power(table) if PLAIN || lights.plain => {
                 let mut chosen = [&lights.triangles[0]; LANES];
                 for (light, &u) in chosen.iter_mut().zip(u[0].as_array()) {
                     *light = &lights.triangles[table.choose(u)];
                 }
                 LightSamplesX8::new(&chosen, f32x8::ONE, [u[1], u[2]])
             }
+            _ if PLAIN => panic!("the lights are plain"),
             _ => self.sample_lights_among_many(from, lanes, u),
         }
     }

@@ -75,8 +75,13 @@ impl<'a> Arrival<'a> {
 
     /// Moves `vertices` to x_{k+1}, also where it is on a light.
     #[inline(always)]
-    pub(super) fn put(&self, scene: &Scene, hits: &HitsX8, vertices: &mut VerticesX8) {
-        vertices.meet(scene, hits, &self.materials, self.surfaces);
+    pub(super) fn put<const DIFFUSE: bool>(
+        &self,
+        scene: &Scene,
+        hits: &HitsX8,
+        vertices: &mut VerticesX8,
+    ) {
+        vertices.meet::<DIFFUSE>(scene, hits, &self.materials, self.surfaces);
     }
 }
 
@@ -85,7 +90,11 @@ impl<'a> Arrival<'a> {
 pub(super) fn primary(scene: &Scene, hits: &HitsX8, vertices: &mut VerticesX8) -> u32 {
     let materials = materials(scene, hits);
     let surfaces = hits.found & !lights(&materials, hits);
-    vertices.meet(scene, hits, &materials, surfaces);
+    if scene.is_diffuse() {
+        vertices.meet::<true>(scene, hits, &materials, surfaces);
+    } else {
+        vertices.meet::<false>(scene, hits, &materials, surfaces);
+    }
     surfaces
 }
 

@@ -92,13 +92,13 @@ impl<const N: usize> Front<N> {
     fn scatter(&mut self, scene: &Scene, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_bsdf(scene, samplers, k, &mut self.numbers);
+        draw_bsdf::<true>(samplers, k, &mut self.numbers);
         self.flights.resize(self.blocks.len(), Flight::NONE);
         let steps = self.blocks.iter().zip(&mut self.flights);
         for ((block, flight), numbers) in steps.zip(&self.numbers) {
             let x = &block.vertices;
             // All of them carry light yet: x_1 and x_2 are not black.
-            let scattering = x.scatter(scene, k, block.throughput, numbers);
+            let scattering = x.scatter::<true>(scene, k, block.throughput, numbers);
             flight.wi = scattering.wi;
             flight.pdf = scattering.pdf;
             flight.throughput = scattering.throughput;
@@ -127,12 +127,13 @@ impl<const N: usize> Front<N> {
             flight.radiance = arrival.radiance;
             flight.by_light = arrival.by_light;
             let mut next = VerticesX8::NONE;
-            arrival.put(scene, &hits, &mut next);
+            arrival.put::<true>(scene, &hits, &mut next);
             match Stage::at(k) {
                 Stage::Free => {
                     let missed = !hits.found;
                     let rays = &mut self.reconnection;
                     let sites = Sites {
+                        scene,
                         grid: &self.grid,
                         next: &next,
                         missed,
@@ -191,7 +192,12 @@ impl<const N: usize> Flight<N> {
         reconnection: &mut AnyBatch,
         counts: &mut Counts,
     ) {
-        let Sites { grid, next, missed } = *sites;
+        let Sites {
+            scene,
+            grid,
+            next,
+            missed,
+        } = *sites;
         let x = &block.vertices;
         let environment = self.ends & missed;
         let distant = mask_of(environment);
@@ -208,7 +214,7 @@ impl<const N: usize> Flight<N> {
             let direction = Vec3x8::select(distant, self.wi, there.direction);
             let jacobian = there.solid_angle_per_area / here.solid_angle_per_area;
             let jacobian = distant.select(f32x8::ONE, jacobian);
-            let mut eval = y.eval_diffuse(direction);
+            let mut eval = y.eval::<true>(scene, direction);
             eval.holds &= holds | distant;
             let scattered = ScatteredX8 {
                 wo: -direction,
@@ -284,6 +290,7 @@ impl<const N: usize> Flight<N> {
 
 /// What offset paths may be reconnected at.
 struct Sites<'a> {
+    scene: &'a Scene,
     grid: &'a Grid,
     /// x_2
     next: &'a VerticesX8,

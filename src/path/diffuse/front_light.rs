@@ -6,6 +6,7 @@ use super::vertices::{ConnectedX8, RaysX8, draw_light};
 use crate::gradient::{Base, Shift};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::path::{Context, trace_any};
+use crate::scene::Scene;
 use crate::scene::light::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
@@ -72,15 +73,21 @@ impl<const N: usize> Front<N> {
         let steps = self.blocks.iter().zip(&mut self.lights);
         for ((block, connections), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
             let from = block.vertices.position;
-            let light = scene.sample_lights(from, block.alive, [u0, u1, u2]);
-            let to_light = block.vertices.connect(k, block.throughput, &light, scene);
+            let light = scene.sample_lights::<true>(from, block.alive, [u0, u1, u2]);
+            let to_light = block
+                .vertices
+                .connect::<true>(k, block.throughput, &light, scene);
             match Stage::at(k) {
                 Stage::Free => {
-                    let to = (&light, &to_light);
-                    block.connect_free(&self.grid, to, connections, &mut self.shadow);
+                    let sites = Sites {
+                        scene,
+                        grid: &self.grid,
+                        light: &light,
+                    };
+                    block.connect_free(&sites, &to_light, connections, &mut self.shadow);
                 }
                 _ => {
-                    let rays = block.vertices.shadow_rays(&light);
+                    let rays = block.vertices.shadow_rays::<true>(&light);
                     block.connect_joined(k, &to_light, &rays, connections, &mut self.shadow);
                 }
             }
@@ -97,6 +104,13 @@ impl<const N: usize> Front<N> {
             block.gather(weights, &base, &shifts, connections.base.holds);
         }
     }
+}
+
+/// What offset paths are connected to.
+struct Sites<'a> {
+    scene: &'a Scene,
+    grid: &'a Grid,
+    light: &'a LightSamplesX8,
 }
 
 impl<const N: usize> Block<N> {
@@ -116,19 +130,19 @@ impl<const N: usize> Block<N> {
     #[inline(always)]
     fn connect_free(
         &self,
-        grid: &Grid,
-        (light, to_light): (&LightSamplesX8, &ConnectedX8),
+        &Sites { scene, grid, light }: &Sites,
+        to_light: &ConnectedX8,
         to: &mut LightBlock<N>,
         shadow: &mut AnyBatch,
     ) {
         let LightBlock { base, offsets } = to;
         *base = self.base_connection(to_light);
-        let base_rays = self.vertices.shadow_rays(light);
+        let base_rays = self.vertices.shadow_rays::<true>(light);
         let mut rays = [RaysX8::NONE; N];
         for (j, offset) in self.offsets.iter().enumerate() {
             let y = grid.load(self.place, step(j, grid.width));
-            let seen = y.see(light);
-            let eval = y.eval_diffuse(seen.wi);
+            let seen = y.see::<true>(light);
+            let eval = y.eval::<true>(scene, seen.wi);
             let value = offset.throughput * eval.value * light.radiance * seen.per_density;
             let by_bsdf = offset.ratio * eval.pdf * y.survival(1) * seen.per_density;
             // What is not finite is dead.
@@ -140,7 +154,7 @@ impl<const N: usize> Block<N> {
                 holds: holds.to_bitmask() & offset.alive & base.holds,
                 ray: [0; LANES],
             };
-            rays[j] = y.shadow_rays(light);
+            rays[j] = y.shadow_rays::<true>(light);
         }
         for lane in lanes_of(base.holds) {
             base.ray[lane] = shadow.push(&base_rays.lane(lane));

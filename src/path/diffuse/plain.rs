@@ -152,15 +152,28 @@ impl PlainPaths {
     /// Light and bounce at x_k.
     pub(in crate::path) fn step(&mut self, context: Context, k: u32) {
         if !self.is_empty() {
-            self.light_step(context, k);
-            self.scatter(context.scene, k);
-            trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
+            if context.scene.is_diffuse() {
+                self.step_in::<true>(context, k);
+            } else {
+                self.step_in::<false>(context, k);
+            }
+        }
+    }
+
+    /// `DIFFUSE`: in a scene that is diffuse.
+    fn step_in<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
+        self.light_step::<DIFFUSE>(context, k);
+        self.scatter::<DIFFUSE>(context.scene, k);
+        trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
+        if DIFFUSE {
             self.arrive(context, k);
+        } else {
+            self.arrive_by_kind(context, k);
         }
     }
 
     /// Samples a point on a light for every path, and gathers what comes from there.
-    fn light_step(&mut self, context: Context, k: u32) {
+    fn light_step<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         if scene.lights.is_empty() {
             return;
@@ -172,14 +185,18 @@ impl PlainPaths {
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
-            let rough = x.rough & block.alive;
-            if rough == 0 {
+            let rough = if DIFFUSE {
+                block.alive
+            } else {
+                x.rough & block.alive
+            };
+            if !DIFFUSE && rough == 0 {
                 continue;
             }
-            let light = scene.sample_lights(x.position, rough, [u0, u1, u2]);
-            let to_light = x.connect(k, block.throughput, &light, scene);
+            let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
+            let to_light = x.connect::<DIFFUSE>(k, block.throughput, &light, scene);
             let value = to_light.value / (f32x8::ONE + to_light.by_bsdf);
-            let rays = x.shadow_rays(&light);
+            let rays = x.shadow_rays::<DIFFUSE>(&light);
             for lane in lanes_of(to_light.holds & rough) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
@@ -197,13 +214,13 @@ impl PlainPaths {
     }
 
     /// Samples the BSDF at x_k; paths that end are left out.
-    fn scatter(&mut self, scene: &Scene, k: u32) {
+    fn scatter<const DIFFUSE: bool>(&mut self, scene: &Scene, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_bsdf(scene, samplers, k, &mut self.numbers);
+        draw_bsdf::<DIFFUSE>(samplers, k, &mut self.numbers);
         for (block, numbers) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
-            let scattering = x.scatter(scene, k, block.throughput, numbers);
+            let scattering = x.scatter::<DIFFUSE>(scene, k, block.throughput, numbers);
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;
@@ -228,14 +245,11 @@ impl PlainPaths {
 
     /// Moves the paths to their next vertices; those that reached light are complete.
     fn arrive(&mut self, context: Context, k: u32) {
-        if !context.scene.is_diffuse() {
-            return self.arrive_by_kind(context, k);
-        }
         self.blocks
             .resize(self.len.div_ceil(LANES), PlainBlock::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
             let rays = first_lanes(self.len - at * LANES);
-            block.arrive(
+            block.arrive::<true>(
                 context,
                 k,
                 &self.bounce.hits(at),
@@ -261,7 +275,7 @@ impl PlainPaths {
             of_lanes[..rays.len()].copy_from_slice(rays);
             let hits = self.bounce.gathered_hits(&of_lanes, lanes);
             let flight = PlainFlight::gather(&self.flights, &of_lanes, lanes);
-            block.arrive(context, k, &hits, &flight, lanes, &mut self.gathered);
+            block.arrive::<false>(context, k, &hits, &flight, lanes, &mut self.gathered);
         }
         // Behind those that go on there are only such that have ended.
         self.blocks
@@ -273,7 +287,7 @@ impl PlainPaths {
 impl PlainBlock {
     /// Where the paths of `flight` arrive whose rays are `rays`.
     #[inline(always)]
-    fn arrive(
+    fn arrive<const DIFFUSE: bool>(
         &mut self,
         context: Context,
         k: u32,
@@ -297,7 +311,7 @@ impl PlainBlock {
         }
         self.alive = arrival.surfaces;
         if self.alive != 0 {
-            arrival.put(context.scene, hits, &mut self.vertices);
+            arrival.put::<DIFFUSE>(context.scene, hits, &mut self.vertices);
             self.throughput = flight.throughput;
             self.samplers = flight.samplers;
             self.index = flight.index;

@@ -1,7 +1,6 @@
 //! Vertices, and the lights they see, in lanes.
 //!
-//! Lambert surfaces are evaluated in place; what else there is, in functions of its own: diffuse scenes shall not have
-//! it in their loops.
+//! `DIFFUSE` says that the scene is diffuse: then all are Lambert's, and there is no code for anything else.
 
 use super::arrival::end;
 use crate::bsdf::packed::{Kind, Kinds, Packed, Texels};
@@ -184,7 +183,7 @@ impl VerticesX8 {
     /// `surfaces`. Points on lights have position, normal and offset; where there is no hit it means
     /// nothing.
     #[inline(always)]
-    pub(super) fn meet(
+    pub(super) fn meet<const DIFFUSE: bool>(
         &mut self,
         scene: &Scene,
         hits: &HitsX8,
@@ -194,7 +193,7 @@ impl VerticesX8 {
         self.albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
         self.survival = f32x8::from_lanes(|lane| materials[lane].survival);
         (self.rough, self.others) = (surfaces, 0);
-        if !scene.is_diffuse() {
+        if !DIFFUSE {
             self.meet_others(scene, hits, materials, surfaces);
         }
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
@@ -203,7 +202,10 @@ impl VerticesX8 {
                 && let End::Surface(vertex) = end(scene, hits, lane)
             {
                 points.ns.set(lane, vertex.ns);
-                self.meet_textured(scene, lane, &vertex);
+                self.albedo.set(lane, vertex.texel.colour);
+                if !DIFFUSE {
+                    self.meet_textured(scene, lane, &vertex);
+                }
             }
         }
         self.position = points.position;
@@ -242,16 +244,13 @@ impl VerticesX8 {
         }
     }
 
-    /// What textures say of the surface in a lane.
+    /// What textures say of the surface in a lane, beside its colour.
     #[inline(never)]
     fn meet_textured(&mut self, scene: &Scene, lane: usize, vertex: &Vertex) {
-        self.albedo.set(lane, vertex.texel.colour);
-        if !scene.is_diffuse() {
-            let is_rough = vertex.class(scene) == Class::Rough;
-            set_bit(&mut self.rough, lane, is_rough);
-            self.other.alpha.set_lane(lane, vertex.texel.alpha);
-            self.other.specular.set_lane(lane, vertex.texel.specular);
-        }
+        let is_rough = vertex.class(scene) == Class::Rough;
+        set_bit(&mut self.rough, lane, is_rough);
+        self.other.alpha.set_lane(lane, vertex.texel.alpha);
+        self.other.specular.set_lane(lane, vertex.texel.specular);
     }
 
     /// Puts a vertex into a lane.
@@ -327,18 +326,12 @@ impl VerticesX8 {
     /// The BSDF (with the cosine at `wi`) and its density for unit directions in the world, as by
     /// [`Vertex::eval`].
     #[inline(always)]
-    pub(super) fn eval(&self, scene: &Scene, wi: Vec3x8) -> Evals<f32x8> {
-        let mut eval = self.eval_diffuse(wi);
-        if self.others != 0 {
+    pub(super) fn eval<const DIFFUSE: bool>(&self, scene: &Scene, wi: Vec3x8) -> Evals<f32x8> {
+        let mut eval = self.eval_lambert((self.normal, self.cos_o, self.agrees), wi);
+        if !DIFFUSE && self.others != 0 {
             self.eval_others(scene, self.normal, self.other.wo, wi, &mut eval);
         }
         eval
-    }
-
-    /// [`VerticesX8::eval`] in diffuse scenes.
-    #[inline(always)]
-    pub(super) fn eval_diffuse(&self, wi: Vec3x8) -> Evals<f32x8> {
-        self.eval_lambert((self.normal, self.cos_o, self.agrees), wi)
     }
 
     /// As by [`Vertex::eval_seen_from`], in diffuse scenes; not for primary hits, see [`VerticesX8::rows`].
@@ -401,7 +394,7 @@ impl VerticesX8 {
     /// Draws directions for paths that arrive at x_k with `throughput`, as by [`Vertex::sample`], with the
     /// numbers of [`draw_bsdf`].
     #[inline(always)]
-    pub(super) fn scatter(
+    pub(super) fn scatter<const DIFFUSE: bool>(
         &self,
         scene: &Scene,
         k: u32,
@@ -411,13 +404,8 @@ impl VerticesX8 {
         let &[u0, u1, _, u_roulette] = u;
         let survival = self.survival(k);
         let frame = Frame::new(self.normal);
-        let (wi, eval) = lambert::sample(self.albedo, self.cos_o, [u0, u1]);
-        let mut sampled = Samples {
-            wi,
-            eval,
-            ..Samples::none()
-        };
-        if self.others != 0 {
+        let mut sampled = lambert::sample(self.albedo, self.cos_o, [u0, u1]);
+        if !DIFFUSE && self.others != 0 {
             self.sample_others(scene, &frame, u, &mut sampled);
         }
         let Samples {
@@ -484,15 +472,15 @@ impl VerticesX8 {
 
     /// Connects paths that arrive at x_k with `throughput` to lights.
     #[inline(always)]
-    pub(super) fn connect(
+    pub(super) fn connect<const DIFFUSE: bool>(
         &self,
         k: u32,
         throughput: Vec3x8,
         light: &LightSamplesX8,
         scene: &Scene,
     ) -> ConnectedX8 {
-        let seen = self.see(light);
-        let eval = self.eval(scene, seen.wi);
+        let seen = self.see::<DIFFUSE>(light);
+        let eval = self.eval::<DIFFUSE>(scene, seen.wi);
         let arriving = light.radiance * seen.per_density;
         ConnectedX8 {
             wi: seen.wi,
@@ -506,7 +494,7 @@ impl VerticesX8 {
 
     /// The lights as they are seen from here.
     #[inline(always)]
-    pub(super) fn see(&self, light: &LightSamplesX8) -> SeenX8 {
+    pub(super) fn see<const DIFFUSE: bool>(&self, light: &LightSamplesX8) -> SeenX8 {
         let seen = Seen::new(self.position, light.position, light.ng);
         let from_front = negative(light.ng.dot(seen.direction));
         let mut on_surface = SeenX8 {
@@ -514,7 +502,7 @@ impl VerticesX8 {
             per_density: seen.solid_angle_per_area / light.density,
             holds: light.holds & seen.holds & from_front,
         };
-        if light.sky != 0 {
+        if !DIFFUSE && light.sky != 0 {
             let sky = mask_of(light.sky);
             let (wi, per_density) = (light.position, f32x8::ONE / light.density);
             on_surface.wi = Vec3x8::select(sky, wi, on_surface.wi);
@@ -526,9 +514,9 @@ impl VerticesX8 {
 
     /// The rays to them.
     #[inline(always)]
-    pub(super) fn shadow_rays(&self, light: &LightSamplesX8) -> RaysX8 {
+    pub(super) fn shadow_rays<const DIFFUSE: bool>(&self, light: &LightSamplesX8) -> RaysX8 {
         let rays = self.rays_to(light.position, light.ng, light.offset);
-        if light.sky == 0 {
+        if DIFFUSE || light.sky == 0 {
             return rays;
         }
         RaysX8::select(mask_of(light.sky), self.rays(light.position), rays)
@@ -582,14 +570,13 @@ pub(super) fn draw_light<'a>(
 }
 
 /// The numbers for scattering at x_k: the lobe where it matters, and no roulette at the first vertices.
-pub(super) fn draw_bsdf<'a>(
-    scene: &Scene,
+pub(super) fn draw_bsdf<'a, const DIFFUSE: bool>(
     samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
     k: u32,
     numbers: &mut Vec<[f32x8; 4]>,
 ) {
     let dimension = Dimension::Bsdf(k);
-    if !scene.is_diffuse() {
+    if !DIFFUSE {
         sampler::draw_blocks(samplers, dimension, [0, 1, 2, 3], numbers);
     } else if k < ROULETTE_FROM {
         sampler::draw_blocks(samplers, dimension, [0, 1], numbers);
