@@ -99,8 +99,8 @@
 //! ```
 //!
 //! Where to read on: a path's vertices are in [`vertex`]; what the base path does at one, and how its offset
-//! paths follow, in `path/light.rs` and `path/bounce.rs`, and for eight paths at once in `path/diffuse`; the shift itself, decision by decision, in
-//! [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
+//! paths follow, in `path/light.rs` and `path/bounce.rs`, and for eight paths at once in `path/diffuse`; the
+//! shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
 //! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
 //! [`reconstruct`].
 //!
