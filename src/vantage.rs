@@ -156,7 +156,7 @@ fn inside(scene: &Scene, tracer: &dyn Traverse, value: Value) -> Option<Camera> 
     let mut worths: Vec<(f64, Vec3)> = places
         .into_par_iter()
         .map(|place| {
-            let rays: Vec<Ray> = around().map(|d| ray(place, d)).collect();
+            let rays: Vec<Ray> = around().map(|d| Ray::without_end(place, d)).collect();
             let seen = worth(scene, tracer, &rays, value);
             let enclosed = seen.met as f64 >= ENCLOSED * rays.len() as f64;
             (if enclosed { seen.area } else { 0.0 }, place)
@@ -216,8 +216,8 @@ fn places(scene: &Scene, tracer: &dyn Traverse) -> Vec<Vec3> {
         ];
         let part = Vec3::from([0, 1, 2].map(|i| (at[i] as f32 + 0.5) / steps(i) as f32));
         let place = low + part * (high - low);
-        rays.push(ray(place, up));
-        rays.push(ray(place, -up));
+        rays.push(Ray::without_end(place, up));
+        rays.push(Ray::without_end(place, -up));
     }
     let mut batch = ClosestBatch::of(&rays);
     tracer.closest(&mut batch, RayKind::Bounce);
@@ -351,17 +351,9 @@ fn rays(camera: &Camera) -> Vec<Ray> {
     pixels
         .map(|(x, y)| {
             let direction = camera.direction(x as f32 + 0.5, y as f32 + 0.5);
-            ray(camera.origin, direction)
+            Ray::without_end(camera.origin, direction)
         })
         .collect()
-}
-
-fn ray(origin: Vec3, direction: Vec3) -> Ray {
-    Ray {
-        origin,
-        direction,
-        length: f32::INFINITY,
-    }
 }
 
 /// Directions evenly all around: a Fibonacci spiral.

@@ -255,11 +255,7 @@ impl Vertex {
     /// A ray from here in the unit direction `direction`, without end.
     #[inline]
     pub fn ray(&self, direction: Vec3) -> Ray {
-        Ray {
-            origin: self.leave(direction),
-            direction,
-            length: f32::INFINITY,
-        }
+        Ray::without_end(self.leave(direction), direction)
     }
 
     /// A ray from here to just before the point `position` on a surface with normal `ng`.

@@ -292,34 +292,28 @@ fn a_render_goes_on_without_tev() {
     // Nobody listens any more.
     drop(listener);
     let name = out.to_str().unwrap();
-    let args = [
-        "render",
-        "scenes/still.obj",
-        "-o",
-        name,
-        "--size",
-        "24x16",
-        "--spp",
-        "4",
-    ];
-    let (success, text) = gdpt(&[&args[..], &["--watch", &address]].concat());
+    let watched = |size: &str, samples: &str, address: &str| {
+        gdpt(&[
+            "render",
+            "scenes/still.obj",
+            "-o",
+            name,
+            "--size",
+            size,
+            "--spp",
+            samples,
+            "--watch",
+            address,
+        ])
+    };
+    let (success, text) = watched("24x16", "4", &address);
     assert!(success && out.exists(), "{text}");
     assert_eq!(text.matches(&address).count(), 1, "{text}");
     // One that takes nothing of what is more than any buffer holds: the end of the render does not wait for it.
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let start = Instant::now();
-    let args = [
-        "render",
-        "scenes/still.obj",
-        "-o",
-        name,
-        "--size",
-        "400x300",
-        "--spp",
-        "2",
-    ];
-    let (success, text) = gdpt(&[&args[..], &["--watch", &address]].concat());
+    let (success, text) = watched("400x300", "2", &address);
     assert!(success, "{text}");
     assert!(
         start.elapsed() < Duration::from_secs(20),

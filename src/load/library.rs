@@ -5,7 +5,7 @@ use super::find::{beside, find, in_any_case};
 use super::mtl::{self, MtlMaterial};
 use super::names::meant;
 use crate::error::{Result, Warnings};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,10 +21,11 @@ pub fn load(
     warnings: &mut Warnings,
 ) -> Result<(Vec<MtlMaterial>, Vec<usize>)> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
+    let mut names = HashSet::new();
     for library in files(path, libraries, !used.is_empty(), warnings)? {
         // The first definition of a name holds.
         for material in mtl::load(&library, warnings)? {
-            if !materials.iter().any(|m| m.name == material.name) {
+            if names.insert(material.name.clone()) {
                 materials.push(material);
             }
         }

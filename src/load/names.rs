@@ -3,7 +3,7 @@
 use super::library::Named;
 use super::mtl::MtlMaterial;
 use crate::error::{Result, Warnings, listed};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::Path;
 
 /// Which of `materials` each of the names in `used` means. Of a name that is not defined it is one of about the
@@ -30,23 +30,34 @@ pub fn meant(
 
     // Names that differ in letter case or between blanks and underscores alone; then the last of each.
     let defined: Vec<String> = materials.iter().map(|m| m.name.clone()).collect();
+    let taken: HashSet<usize> = meant.iter().flatten().copied().collect();
+    let mut unused: BTreeSet<usize> = (0..defined.len()).filter(|m| !taken.contains(m)).collect();
+    let mut by_spelling: HashMap<String, Vec<usize>> = HashMap::new();
+    for &index in &unused {
+        let alike = by_spelling.entry(spelling(&defined[index])).or_default();
+        alike.push(index);
+    }
     let mut replaced = Vec::new();
-    for by_spelling in [true, false] {
-        let left: Vec<usize> = (0..used.len()).filter(|&i| meant[i].is_none()).collect();
-        for &i in &left {
-            let unused = (0..defined.len()).filter(|&m| !meant.contains(&Some(m)));
-            let alike: Vec<usize> = unused
-                .filter(|&m| !by_spelling || spelling(&defined[m]) == spelling(&used[i].0))
-                .collect();
-            if let [only] = alike[..]
-                && (by_spelling || left.len() == 1)
-            {
-                meant[i] = Some(only);
+    let mut left = Vec::new();
+    for i in undefined {
+        let spelling = spelling(&used[i].0);
+        match by_spelling.get(&spelling).map(Vec::as_slice) {
+            Some(&[only]) => {
+                by_spelling.remove(&spelling);
+                unused.remove(&only);
                 replaced.push((i, only));
             }
+            _ => left.push(i),
         }
     }
+    if left.len() == 1
+        && unused.len() == 1
+        && let (Some(i), Some(only)) = (left.pop(), unused.pop_first())
+    {
+        replaced.push((i, only));
+    }
     for (i, index) in replaced {
+        meant[i] = Some(index);
         let ((name, line), path) = (&used[i], path.display());
         let other = &defined[index];
         warnings.push(format!(
@@ -55,7 +66,6 @@ pub fn meant(
     }
 
     // The rest are grey.
-    let left: Vec<usize> = (0..used.len()).filter(|&i| meant[i].is_none()).collect();
     if let Some(&first) = left.first() {
         let names: Vec<&str> = left.iter().map(|&i| used[i].0.as_str()).collect();
         let (noun, verb) = match left.len() {

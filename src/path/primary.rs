@@ -52,7 +52,7 @@ impl<const N: usize> Wavefront<N> {
                         if on_film(x, y) {
                             let (x, y) = (x as f32 + position.x, y as f32 + position.y);
                             let direction = camera.direction(x, y);
-                            rays.push(&ray(camera.origin, direction));
+                            rays.push(&Ray::without_end(camera.origin, direction));
                         }
                     }
                 }
@@ -69,7 +69,7 @@ impl<const N: usize> Wavefront<N> {
                             if on_film(x, y) {
                                 let (x, y) = (x as f32 + position.x, y as f32 + position.y);
                                 let (origin, direction) = camera.through_lens(lens, x, y, [u, v]);
-                                rays.push(&ray(origin, direction));
+                                rays.push(&Ray::without_end(origin, direction));
                             }
                         }
                     }
@@ -156,15 +156,6 @@ impl<const N: usize> Wavefront<N> {
                 }
             }
         }
-    }
-}
-
-/// A camera ray.
-fn ray(origin: Vec3, direction: Vec3) -> Ray {
-    Ray {
-        origin,
-        direction,
-        length: f32::INFINITY,
     }
 }
 

@@ -95,6 +95,18 @@ pub struct Ray {
     pub length: f32,
 }
 
+impl Ray {
+    /// A ray without end.
+    #[inline]
+    pub fn without_end(origin: Vec3, direction: Vec3) -> Self {
+        Self {
+            origin,
+            direction,
+            length: f32::INFINITY,
+        }
+    }
+}
+
 /// A point where a ray meets a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {

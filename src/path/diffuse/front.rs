@@ -121,11 +121,8 @@ impl<const N: usize> Front<N> {
                 let across = f32x8::from_lanes(|lane| (x + lane as u32) as f32 + position.x);
                 let directions = camera.directions(across, y as f32 + position.y);
                 for lane in lanes_of(first_lanes((right - x) as usize)) {
-                    self.primary.push(&Ray {
-                        origin: camera.origin,
-                        direction: directions.lane(lane),
-                        length: f32::INFINITY,
-                    });
+                    let ray = Ray::without_end(camera.origin, directions.lane(lane));
+                    self.primary.push(&ray);
                 }
             }
         }
