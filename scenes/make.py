@@ -287,7 +287,7 @@ rough and smooth coats, of a half metallic paint and of metal whose roughness va
     materials = {
         "tiles": {"map_Kd": "still-tiles.png"},
         "leaf": {"map_Kd": "still-leaf.png", "map_d": "still-leaf.png"},
-        "bumpy": {"Kd": "0.7 0.7 0.7", "map_Bump": "-bm 0.02 still-bumps.png"},
+        "bumpy": {"Kd": "0.7 0.7 0.7", "map_Bump": "-bm 1.28 still-bumps.png"},
         "plastic": {"Kd": "0.1 0.3 0.7", "Ks": "0.5 0.5 0.5", "Ns": "100", "Ni": "1.5", "illum": "2"},
         "lacquer": {"Kd": "0.6 0.05 0.05", "Pr": "0", "Ni": "1.5"},
         "paint": {"Kd": "0.8 0.5 0.2", "Pr": "0.4", "Pm": "0.5"},

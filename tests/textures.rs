@@ -273,6 +273,7 @@ fn sky(sun: f32) -> EnvironmentMap {
         height: 16,
         texels: Texels::Floats {
             values,
+            alpha: None,
             encoded: false,
         },
         has_alpha: false,

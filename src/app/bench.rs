@@ -32,7 +32,7 @@ pub fn bench(args: &BenchArgs) -> Result<Ended> {
     output::check_outputs(&[&args.scene], &outputs)?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(false);
-    let flags = SceneFlags::of_size(args.size);
+    let flags = SceneFlags::of_size(args.size, &args.reading);
     let scene = load_with_camera(&args.scene, flags, &mut warnings)?;
     Reporter::new(false).warnings(warnings.list());
 

@@ -71,7 +71,7 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
     if let Some(path) = &args.json {
         check_outputs(&[&args.scene], &[path])?;
     }
-    let flags = SceneFlags::of_size(args.size);
+    let flags = SceneFlags::of_size(args.size, &args.reading);
     let mut warnings = Warnings::new(false);
     let scene = load_with_camera(&args.scene, flags, &mut warnings)?;
     let info = Info {

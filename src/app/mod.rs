@@ -9,7 +9,7 @@ pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
 
-use crate::cli::{EnvironmentFlag, Reconstruct, SizeFlag};
+use crate::cli::{EnvironmentFlag, ReadingArgs, Reconstruct, SizeFlag};
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
@@ -40,17 +40,19 @@ struct SceneFlags {
     size: Option<SizeFlag>,
     environment: Option<EnvironmentFlag>,
     roughness_threshold: f32,
+    reading: ReadingArgs,
 }
 
 impl SceneFlags {
-    /// Nothing but a size, where one is given.
-    fn of_size(size: Option<SizeFlag>) -> Self {
+    /// Nothing but how it is read, and a size, where one is given.
+    fn of_size(size: Option<SizeFlag>, reading: &ReadingArgs) -> Self {
         Self {
             camera: CameraTable::default(),
             camera_name: None,
             size,
             environment: None,
             roughness_threshold: ROUGHNESS_THRESHOLD,
+            reading: reading.clone(),
         }
     }
 }
@@ -67,7 +69,10 @@ pub const ROUGHNESS_THRESHOLD: f32 = 0.01;
 
 /// Reads the OBJ and the TOML beside it.
 fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
-    let file = obj::load(path, warnings)?;
+    let options = obj::Options {
+        textures: flags.reading.textures,
+    };
+    let file = obj::load_with(path, &options, warnings)?;
     let toml = sidecar::load(path)?;
     let camera = toml.camera_named(flags.camera_name.as_deref())?;
     let camera = flags.camera.or(&camera);

@@ -42,7 +42,7 @@ pub fn spectrum(args: &SpectrumArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result
         return Ok(Ended::Done);
     };
 
-    let flags = SceneFlags::of_size(args.size);
+    let flags = SceneFlags::of_size(args.size, &args.reading);
     let mut warnings = Warnings::new(false);
     let scene = load_with_camera(path, flags, &mut warnings)?;
     if scene.camera.width < 2 || scene.camera.height < 2 {

@@ -1,5 +1,6 @@
 //! `gdpt bench`: definitions.
 
+use super::ReadingArgs;
 use super::values::{SizeFlag, size};
 use clap::Args;
 use std::path::PathBuf;
@@ -51,4 +52,8 @@ pub struct BenchArgs {
     /// Picture size in pixels, or its width [default: the film's, or 512x512]
     #[arg(long, value_name = "WxH|W", value_parser = size)]
     pub size: Option<SizeFlag>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub reading: ReadingArgs,
 }

@@ -1,5 +1,6 @@
 //! `gdpt chart`: definitions.
 
+use super::ReadingArgs;
 use super::values::{SizeFlag, alpha, duration, size};
 use crate::gradient::Weights;
 use crate::reconstruct::Alpha;
@@ -75,6 +76,10 @@ pub struct ChartArgs {
     /// Picture size in pixels, or its width [default: the film's, or 512x512]
     #[arg(long, value_name = "WxH|W", value_parser = size)]
     pub size: Option<SizeFlag>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub reading: ReadingArgs,
 
     /// Number of threads [default: all]
     #[arg(long)]

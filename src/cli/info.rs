@@ -1,5 +1,6 @@
 //! `gdpt info`: definitions.
 
+use super::ReadingArgs;
 use super::values::{SizeFlag, size};
 use clap::Args;
 use std::path::PathBuf;
@@ -21,4 +22,8 @@ pub struct InfoArgs {
     /// Picture size in pixels, or its width [default: the film's, or 512x512]
     #[arg(long, value_name = "WxH|W", value_parser = size)]
     pub size: Option<SizeFlag>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub reading: ReadingArgs,
 }

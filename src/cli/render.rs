@@ -1,5 +1,6 @@
 //! `gdpt render`: definitions.
 
+use super::ReadingArgs;
 use super::reconstruct::Reconstruct;
 use super::values::{
     EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, size, up, vector,
@@ -105,6 +106,10 @@ pub struct RenderArgs {
     /// square [default: the film's, or 512x512]
     #[arg(help_heading = PICTURE, long, value_name = "WxH|W", value_parser = size)]
     pub size: Option<SizeFlag>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub reading: ReadingArgs,
 
     /// Pixel filter
     #[arg(help_heading = PICTURE, long, default_value = "box")]

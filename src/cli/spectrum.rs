@@ -1,5 +1,6 @@
 //! `gdpt spectrum`: definitions.
 
+use super::ReadingArgs;
 use super::values::{SizeFlag, positive, size};
 use crate::gradient::Weights;
 use crate::sampler::Points;
@@ -66,6 +67,10 @@ pub struct SpectrumArgs {
     /// Picture size in pixels, or its width [default: the film's, or 512x512]
     #[arg(long, value_name = "WxH|W", value_parser = size)]
     pub size: Option<SizeFlag>,
+
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub reading: ReadingArgs,
 
     /// Number of threads [default: all]
     #[arg(long)]

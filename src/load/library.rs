@@ -1,13 +1,11 @@
 //! The materials of an OBJ file: its libraries, and which material each of its names means.
 
-use super::bitmap::{self, Bitmap};
 use super::find::{beside, find, in_any_case};
 use super::mtl::{self, MtlMaterial};
 use super::names::meant;
 use crate::error::{Result, Warnings};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Names with the lines on which they stand.
 pub type Named = [(String, usize)];
@@ -31,10 +29,6 @@ pub fn load(
         }
     }
     let meant = meant(path, &mut materials, used, warnings)?;
-    let mut textures = Textures::default();
-    for &index in &meant {
-        textures.load(&mut materials[index], warnings)?;
-    }
     Ok((materials, meant))
 }
 
@@ -100,42 +94,5 @@ fn library_names<'a>(folders: &[PathBuf], names: &'a str) -> Vec<&'a str> {
         vec![names]
     } else {
         words
-    }
-}
-
-/// Textures read so far by the paths of their files; `None` for one that cannot be used.
-#[derive(Default)]
-struct Textures(BTreeMap<PathBuf, Option<Arc<Bitmap>>>);
-
-impl Textures {
-    /// Reads the textures of a material.
-    fn load(&mut self, material: &mut MtlMaterial, warnings: &mut Warnings) -> Result<()> {
-        for map in &mut material.maps {
-            let (path, found) = match map.find() {
-                Ok(path) => (path.canonicalize().unwrap_or(path), true),
-                Err(expected) => (expected, false),
-            };
-            map.bitmap = match self.0.get(&path) {
-                Some(bitmap) => bitmap.clone(),
-                None => {
-                    let bitmap = if found {
-                        bitmap::load(&path).map_err(|e| e.to_string())
-                    } else {
-                        Err(format!("no texture {}", path.display()))
-                    };
-                    if let Err(reason) = &bitmap {
-                        let instead = match map.key.as_str() {
-                            "map_kd" | "map_ks" | "map_pr" => "grey is used instead",
-                            _ => "it is left out",
-                        };
-                        warnings.push(format!("{}: {reason}; {instead}", map.at))?;
-                    }
-                    let bitmap = bitmap.ok().map(Arc::new);
-                    self.0.insert(path, bitmap.clone());
-                    bitmap
-                }
-            };
-        }
-        Ok(())
     }
 }

@@ -1,7 +1,6 @@
 //! Texture statements of MTL files (`map_Kd -s 2 2 wood.png`), and where their files are.
 
 use super::bitmap::Bitmap;
-use super::find::find;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -49,6 +48,14 @@ pub enum Channel {
 }
 
 impl MapStatement {
+    /// Whether both statements name one picture.
+    pub fn same_picture(&self, other: &Self) -> bool {
+        match (&self.bitmap, &other.bitmap) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+
     /// Reads what stands after the key. The second value names options that are ignored. `None` where
     /// there is no file name.
     pub fn parse(key: &str, rest: &str, at: String, folder: &Path) -> Option<(Self, Vec<String>)> {
@@ -68,8 +75,9 @@ impl MapStatement {
         let mut rest = rest.trim();
         while rest.starts_with('-') {
             let (option, mut after) = word(rest);
-            // The numbers that follow, three at most: `-s 2 2 1`.
-            let mut numbers = Vec::new();
+            // The numbers that follow, three at most: `-s 2 2 1`. In the place of one that is none, there is the
+            // option's own.
+            let mut numbers: Vec<Option<f32>> = Vec::new();
             let most = match option {
                 "-o" | "-s" | "-t" => 3,
                 "-mm" => 2,
@@ -79,20 +87,20 @@ impl MapStatement {
             while numbers.len() < most
                 && let (number, next) = word(after)
                 && !next.is_empty()
-                && let Ok(number) = number.parse::<f32>()
-                && number.is_finite()
+                && let Some(value) = value(number)
             {
-                numbers.push(number);
+                if value.is_none() {
+                    ignored.push(format!("{option} {number}"));
+                }
+                numbers.push(value);
                 after = next;
             }
-            let pair = |default: f32| {
-                let first = numbers.first().copied().unwrap_or(default);
-                [first, numbers.get(1).copied().unwrap_or(default)]
-            };
+            let number = |index: usize| numbers.get(index).copied().flatten();
+            let pair = |default: f32| [0, 1].map(|i| number(i).unwrap_or(default));
             match option {
                 "-s" => map.scale = pair(1.0),
                 "-o" => map.offset = pair(0.0),
-                "-bm" => map.multiplier = numbers.first().copied().unwrap_or(1.0),
+                "-bm" => map.multiplier = number(0).unwrap_or(1.0),
                 "-clamp" | "-blendu" | "-blendv" | "-cc" => {
                     let (value, next) = word(after);
                     after = next;
@@ -122,13 +130,20 @@ impl MapStatement {
         map.file = rest.trim_matches('"').to_owned();
         (!map.file.is_empty()).then_some((map, ignored))
     }
+}
 
-    /// Where the file is. `Err` is the path at which it was expected.
-    pub fn find(&self) -> Result<PathBuf, PathBuf> {
-        find(
-            &self.file,
-            &[self.folder.clone(), self.folder.join("textures")],
-        )
+/// The number that a word stands for: `Some(None)` for what programs write in the place of one, such as `nan`,
+/// `-1.#IND` or `3.1+e2`, and `None` for a word that is none.
+fn value(word: &str) -> Option<Option<f32>> {
+    let number = word.parse::<f32>().ok();
+    let bare = word.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    let digits = |b: u8| b.is_ascii_digit() || b"+-.e".contains(&b);
+    let wrong = ["nan(", "1.#"].iter().any(|w| bare.starts_with(w))
+        || ["nan", "inf", "infinity", "ind"].contains(&bare.as_str())
+        || (bare.bytes().any(|b| b.is_ascii_digit()) && bare.bytes().all(digits));
+    match number {
+        Some(x) if x.is_finite() => Some(Some(x)),
+        _ => wrong.then_some(None),
     }
 }
 
@@ -157,6 +172,10 @@ mod tests {
         assert_eq!((map.multiplier, map.clamp), (0.25, true));
         assert_eq!(map.channel, Channel::Green);
         assert_eq!(ignored, ["-mm"]);
+        let (map, ignored) = parse("-bm 1.#QNAN -s -nan(ind) 3 -o 3.1+e2 n.png").unwrap();
+        assert_eq!((map.multiplier, map.file.as_str()), (1.0, "n.png"));
+        assert_eq!((map.scale, map.offset), ([1.0, 3.0], [0.0; 2]));
+        assert_eq!(ignored, ["-bm 1.#QNAN", "-s -nan(ind)", "-o 3.1+e2"]);
         // A number alone is the file, not a value.
         assert_eq!(parse("-s 1 1 1").unwrap().0.file, "1");
         assert_eq!(parse("-odd.png").unwrap().0.file, "-odd.png");

@@ -3,6 +3,7 @@
 
 mod ahead;
 pub mod bitmap;
+mod dds;
 pub mod exr;
 mod find;
 mod library;
@@ -14,7 +15,9 @@ pub mod obj;
 mod regroup;
 mod scan;
 pub mod sidecar;
+pub mod tally;
 mod text;
+mod textures;
 
 use crate::error::{Error, Result};
 use std::path::Path;

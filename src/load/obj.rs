@@ -5,12 +5,13 @@ use super::library;
 use super::mtl::MtlMaterial;
 use super::regroup::{Group, Regroup};
 use super::scan::{self, Defect};
+use super::textures;
 use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
 use glam::{Vec2, Vec3};
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// In [`ObjFile::normal_triangles`] and [`ObjFile::texcoord_triangles`]: this corner has none.
 pub const NONE: u32 = u32::MAX;
@@ -37,12 +38,24 @@ pub struct ObjFile {
     pub materials: Vec<MtlMaterial>,
 }
 
+/// What the user asks for beside the file.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// One more folder in which textures are looked for.
+    pub textures: Option<PathBuf>,
+}
+
 /// Reads an OBJ file, the material files that it names, and the textures that those name.
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
+    load_with(path, &Options::default(), warnings)
+}
+
+/// As [`load`], with `options`.
+pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Result<ObjFile> {
     check_readable(path)?;
     let open = || File::open(path).map_err(Error::io(path, "cannot be read"));
     let reader = Regroup::new(BufReader::with_capacity(1 << 20, open()?));
-    let options = tobj::LoadOptions {
+    let tobj_options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
         ignore_lines: true,
@@ -50,7 +63,7 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     };
     let no_library = |_: &Path| Ok(Default::default());
     let (parsed, reader) = ahead::parse(reader, |lines| {
-        guarded(|| tobj::load_obj_buf(lines, &options, no_library))
+        guarded(|| tobj::load_obj_buf(lines, &tobj_options, no_library))
     });
     let models = match parsed {
         Ok(Ok((models, _))) => models,
@@ -63,8 +76,11 @@ pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
         }
     };
 
-    let (materials, material_of_name) =
+    let (mut materials, material_of_name) =
         library::load(path, &reader.libraries, &reader.materials, warnings)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let more = options.textures.as_deref();
+    textures::load(&mut materials, &material_of_name, folder, more, warnings)?;
     let textured = materials.iter().any(|m| !m.maps.is_empty());
 
     // One mesh of all models.

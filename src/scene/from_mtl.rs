@@ -69,12 +69,6 @@ impl Material {
             survival,
         }
     }
-
-    /// The texture that cuts holes into the surface.
-    pub fn opacity(m: &MtlMaterial) -> Option<Texture> {
-        m.map("map_d")
-            .and_then(|map| Texture::new(map, Meaning::Opacity))
-    }
 }
 
 /// The textures that are there. They take the place of the plain values.
@@ -89,18 +83,12 @@ struct Maps {
 impl Maps {
     fn of(m: &MtlMaterial) -> Self {
         let texture = |key: &str, meaning| m.map(key).and_then(|map| Texture::new(map, meaning));
-        let relief = match (texture("norm", Meaning::Data), m.map("map_bump")) {
-            (Some(normals), _) => Some(Relief::Normals(normals)),
-            (None, Some(map)) => Texture::new(map, Meaning::Data)
-                .map(|heights| Relief::Heights(heights, map.multiplier)),
-            (None, None) => None,
-        };
         Self {
             kd: texture("map_kd", Meaning::Colour),
             ks: texture("map_ks", Meaning::Colour),
             ke: texture("map_ke", Meaning::Colour),
             pr: texture("map_pr", Meaning::Data),
-            relief,
+            relief: Relief::of(m),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod alias;
 pub mod camera;
+mod content;
 pub mod environment;
 pub mod framing;
 mod from_mtl;
@@ -122,7 +123,10 @@ impl Scene {
         }
         let mut materials = materials(&obj, settings.roughness_threshold, path, warnings)?;
         sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
-        let opacity = obj.materials.iter().map(Material::opacity).collect();
+        let opacity = obj.materials.iter().map(textured::opacity).collect();
+        for note in content::notes(&obj.materials) {
+            warnings.note(note);
+        }
         let mesh = Mesh::new(obj, opacity);
         if materials.iter().any(|m| m.textures.is_some()) {
             let counts = mesh.without_texcoords(materials.len());

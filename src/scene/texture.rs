@@ -80,11 +80,18 @@ impl Texture {
         (self.bitmap.width, self.bitmap.height)
     }
 
+    /// Whether some of the picture is not opaque.
+    pub fn has_alpha(&self) -> bool {
+        self.bitmap.has_alpha
+    }
+
     /// Bytes of the picture.
     pub fn bytes(&self) -> usize {
         match &self.bitmap.texels {
             Texels::Bytes(bytes) => size_of_val(&bytes[..]),
-            Texels::Floats { values, .. } => size_of_val(&values[..]),
+            Texels::Floats { values, alpha, .. } => {
+                size_of_val(&values[..]) + alpha.as_deref().map_or(0, size_of_val)
+            }
         }
     }
 
@@ -105,12 +112,12 @@ impl Texture {
         self.bilinear(uv, |index| self.texel_value(index))
     }
 
-    /// How the value grows with the texture coordinates around `uv`, over the width of a pixel.
+    /// How the value at `uv` grows from one pixel to the next, to the right and upwards in texture coordinates.
     pub fn slope(&self, uv: Vec2) -> Vec2 {
         let (width, height) = self.size();
         let half = Vec2::new(0.5 / width as f32, 0.5 / height as f32) / self.scale.abs();
         let along = |half: Vec2| self.value(uv + half) - self.value(uv - half);
-        Vec2::new(along(Vec2::X * half), along(Vec2::Y * half)) / (2.0 * half)
+        Vec2::new(along(Vec2::X * half), along(Vec2::Y * half))
     }
 
     /// The linear colour of a pixel by its place in the file.
@@ -126,9 +133,11 @@ impl Texture {
                     Vec3::new(r as f32, g as f32, b as f32) / 255.0
                 }
             }
-            Texels::Floats { values, encoded } if colour && *encoded => {
-                Vec3::from(values[index].map(linear))
-            }
+            Texels::Floats {
+                values,
+                encoded: true,
+                ..
+            } if colour => Vec3::from(values[index].map(linear)),
             Texels::Floats { values, .. } => values[index].into(),
         }
     }
@@ -136,10 +145,7 @@ impl Texture {
     #[inline]
     fn texel_value(&self, index: usize) -> f32 {
         if self.channel == Channel::Alpha {
-            return match &self.bitmap.texels {
-                Texels::Bytes(bytes) => bytes[index][3] as f32 / 255.0,
-                Texels::Floats { .. } => 1.0,
-            };
+            return self.bitmap.alpha(index);
         }
         let c = self.texel(index);
         match self.channel {
@@ -203,8 +209,8 @@ impl Texture {
         let mut hasher = Xxh3::new();
         match &self.bitmap.texels {
             Texels::Bytes(bytes) => bytes.iter().for_each(|t| hasher.update(t)),
-            Texels::Floats { values, .. } => {
-                let all = values.iter().flatten();
+            Texels::Floats { values, alpha, .. } => {
+                let all = values.iter().flatten().chain(alpha.iter().flatten());
                 all.for_each(|x| hasher.update(&x.to_le_bytes()));
             }
         }
@@ -263,7 +269,7 @@ mod tests {
         let c = texture([0, 255, 51, 102], true, Meaning::Data);
         close(c.value(Vec2::new(0.0, 0.75)), 0.0);
         close(c.value(Vec2::new(7.0, 7.0)), 1.0);
-        close(t.slope(Vec2::new(0.5, 0.75)).x, 2.0);
+        close(t.slope(Vec2::new(0.5, 0.75)).x, 1.0);
     }
 
     #[test]

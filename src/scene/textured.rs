@@ -1,8 +1,11 @@
 //! What textures make of a material, point by point.
 
+use super::content::{self, Alpha};
 use super::material::{Class, SMOOTHEST_ALPHA};
-use super::texture::Texture;
+use super::texture::{Meaning, Texture};
 use crate::bsdf::{Bsdf, Texel, plastic};
+use crate::load::map::{Channel, MapStatement};
+use crate::load::mtl::MtlMaterial;
 use glam::{Vec2, Vec3};
 
 /// The textures of a material.
@@ -25,10 +28,36 @@ pub struct Textures {
 /// What turns the shading normal.
 #[derive(Clone, Debug)]
 pub enum Relief {
-    /// Normals in the frame of the texture: x to the right, y upwards, z outwards, each (1 + n)/2.
-    Normals(Texture),
-    /// Heights in units of texture coordinates, and a factor on them.
+    /// Normals in the frame of the texture: x to the right, y upwards, z outwards, each (1 + n)/2; and a factor
+    /// on their slopes.
+    Normals(Texture, f32),
+    /// Heights in units of a texture's pixel, and a factor on them: between neighbours that differ by the full
+    /// range, factor 1 gives a slope of 45°.
     Heights(Texture, f32),
+}
+
+/// The texture that cuts holes into the surface: `map_d`, or else the alpha channel of `map_Kd` if it is made for
+/// that. Where both are one picture without alpha, it cuts nothing: dark colours are no holes.
+pub fn opacity(m: &MtlMaterial) -> Option<Texture> {
+    let is_there = |map: &&MapStatement| map.bitmap.is_some();
+    let colour = m.map("map_kd").filter(is_there);
+    match (m.map("map_d").filter(is_there), colour) {
+        (Some(map), colour) => {
+            let texture = Texture::new(map, Meaning::Opacity)?;
+            let by_grey = map.channel == Channel::Auto && !texture.has_alpha();
+            let same = colour.is_some_and(|c| map.same_picture(c));
+            (!by_grey || !same).then_some(texture)
+        }
+        (None, Some(map)) if content::alpha(map) == Alpha::Cutout => {
+            let channel = Channel::Alpha;
+            let map = MapStatement {
+                channel,
+                ..map.clone()
+            };
+            Texture::new(&map, Meaning::Opacity)
+        }
+        (None, _) => None,
+    }
 }
 
 impl Textures {
@@ -40,7 +69,7 @@ impl Textures {
     /// All of them, with what they stand for.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
         let relief = self.relief.as_ref().map(|relief| match relief {
-            Relief::Normals(t) => ("normals", t),
+            Relief::Normals(t, _) => ("normals", t),
             Relief::Heights(t, _) => ("bumps", t),
         });
         let map = |name, t| Option::as_ref(t).map(|t| (name, t));
@@ -86,6 +115,20 @@ impl Textures {
 }
 
 impl Relief {
+    /// The relief of a material. Programs name normal maps as bumps and the other way round, so the picture
+    /// says which it is.
+    pub fn of(m: &MtlMaterial) -> Option<Self> {
+        let map = ["norm", "map_bump"]
+            .iter()
+            .find_map(|key| m.map(key).filter(|map| map.bitmap.is_some()))?;
+        let texture = Texture::new(map, Meaning::Data)?;
+        Some(if content::holds_normals(map) {
+            Relief::Normals(texture, map.multiplier)
+        } else {
+            Relief::Heights(texture, map.multiplier)
+        })
+    }
+
     /// The shading normal `ns` turned, where `along` and `up` are the changes of the position with the
     /// texture coordinates. A unit vector, or `ns` where it cannot be turned.
     pub fn turn(&self, ns: Vec3, (along, up): (Vec3, Vec3), uv: Vec2) -> Vec3 {
@@ -93,12 +136,13 @@ impl Relief {
         let in_plane = |d: Vec3| d - ns * d.dot(ns);
         let (along, up) = (in_plane(along), in_plane(up));
         let turned = match self {
-            Relief::Normals(map) => {
+            Relief::Normals(map, factor) => {
                 let n = map.colour(uv) * 2.0 - Vec3::ONE;
+                let n = n * Vec3::new(*factor, *factor, 1.0);
                 along.normalize_or_zero() * n.x + up.normalize_or_zero() * n.y + ns * n.z
             }
             Relief::Heights(map, factor) => {
-                // The gradient of the height along the surface, whose height is in units of the texture.
+                // The gradient of the height along the surface.
                 let slope = map.slope(uv) * *factor;
                 let gradient = |d: Vec3, s: f32| d.normalize_or_zero() * s;
                 ns - gradient(along, slope.x) - gradient(up, slope.y)

@@ -313,6 +313,7 @@ fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
         height: 1,
         texels: Texels::Floats {
             values: vec![[1.0; 3]; 2],
+            alpha: None,
             encoded: false,
         },
         has_alpha: false,

@@ -75,7 +75,7 @@ pub fn chart(args: &ChartArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<Ended
 
 /// A scene with its name.
 fn load(args: &ChartArgs, path: &Path, warnings: &mut Warnings) -> Result<(String, Scene)> {
-    let flags = SceneFlags::of_size(args.size);
+    let flags = SceneFlags::of_size(args.size, &args.reading);
     Ok((scene_name(path), load_with_camera(path, flags, warnings)?))
 }
 

@@ -329,6 +329,7 @@ fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scen
         size: args.size,
         environment: args.environment.clone(),
         roughness_threshold: args.roughness_threshold,
+        reading: args.reading.clone(),
     };
     load_scene(scene, flags, warnings)
 }
