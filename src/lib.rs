@@ -30,16 +30,19 @@
 //! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, sampler, filter, geometry, scene, trace, gradient, path, film, render |
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
+//! | [`tone`] | Tone curves: from light of any brightness to what a display can show. | |
+//! | [`exposure`] | By how many stops a picture is brightened for a display. | image |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
-//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path |
+//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, tone |
+//! | [`develop`] | Pictures as they are shown, before their background. | load, image, tone, output |
 //! | [`watch`] | The picture as it grows, in another program. | output |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | load, sampler, filter, trace, gradient, render, reconstruct, output |
+//! | [`cli`] | The command line: definitions only. | load, sampler, filter, trace, gradient, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
-//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, vantage, checkpoint, reconstruct, picture, compare, output, watch, bench, chart, spectrum, cli, progress |
+//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, develop, vantage, watch |
 //!
 //! # A tour
 //!
@@ -116,8 +119,10 @@ pub mod chart;
 pub mod checkpoint;
 pub mod cli;
 pub mod compare;
+pub mod develop;
 pub mod error;
 pub mod estimate;
+pub mod exposure;
 pub mod film;
 pub mod filter;
 pub mod frame;
@@ -138,6 +143,7 @@ pub mod scene;
 pub mod shift;
 pub mod spectrum;
 pub mod sums;
+pub mod tone;
 pub mod trace;
 pub mod vantage;
 pub mod vertex;

@@ -9,6 +9,8 @@ pub struct PixelSample {
     pub primal: Vec3,
     /// Light seen directly.
     pub direct: Vec3,
+    /// 1 where the camera ray meets the scene, 0 where there is nothing.
+    pub coverage: f32,
     /// What the pixel's base path says of the difference to each
     /// [`Neighbour`](crate::gradient::Neighbour), neighbour minus own.
     pub to: [Vec3; 4],
@@ -19,6 +21,7 @@ impl PixelSample {
     pub fn scale(&mut self, factor: f32) {
         self.primal *= factor;
         self.direct *= factor;
+        self.coverage *= factor;
         self.to.iter_mut().for_each(|to| *to *= factor);
     }
 
@@ -72,6 +75,8 @@ pub struct PixelSums {
     pub depth: f32,
     /// Number of first hits.
     pub hits: u32,
+    /// Sum of the coverage.
+    pub coverage: f32,
     /// Samples dropped because they were not finite.
     pub dropped: u32,
 }

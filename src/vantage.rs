@@ -74,7 +74,7 @@ pub fn settle(scene: &mut Scene, tracer: &dyn Traverse) -> Result<Option<&'stati
             let inside = inside(scene, tracer, lit).or_else(|| inside(scene, tracer, Value::Front));
             match inside {
                 Some(camera) => {
-                    scene.camera = camera;
+                    scene.look_by(camera);
                     Ok(None)
                 }
                 None => Ok(Some(
@@ -84,7 +84,7 @@ pub fn settle(scene: &mut Scene, tracer: &dyn Traverse) -> Result<Option<&'stati
         }
         Open::Everything => {
             let (camera, worth) = best_side(scene, tracer)?;
-            scene.camera = camera;
+            scene.look_by(camera);
             if worth > 0.0 || Value::of(scene) == Value::Front {
                 return Ok(None);
             }
@@ -97,9 +97,10 @@ pub fn settle(scene: &mut Scene, tracer: &dyn Traverse) -> Result<Option<&'stati
                     None => return Ok(None),
                 },
             };
-            let outside = std::mem::replace(&mut scene.camera, camera);
+            let outside = scene.camera.clone();
+            scene.look_by(camera);
             if is_dark(scene, tracer) {
-                scene.camera = outside;
+                scene.look_by(outside);
                 return Ok(None);
             }
             Ok(Some(
@@ -120,7 +121,7 @@ enum Value {
 
 impl Value {
     fn of(scene: &Scene) -> Self {
-        if scene.environment.is_black() && scene.lights.emit() {
+        if scene.environment.is_black() && scene.lights.len() > 0 {
             Value::Lit
         } else {
             Value::Front
@@ -390,6 +391,6 @@ fn is_dark(scene: &mut Scene, tracer: &dyn Traverse) -> bool {
         },
     };
     job.run(&mut film, &mut |_, _| None, &mut |_| ());
-    scene.camera = camera;
+    scene.look_by(camera);
     !film.has_light()
 }

@@ -25,7 +25,7 @@ fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
             ..Default::default()
         },
         size: (size as u32, size as u32),
-        environment: Some(Vec3::ZERO.into()),
+        environment: Vec3::ZERO.into(),
         roughness_threshold: 0.05,
     }
 }

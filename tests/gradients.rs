@@ -216,7 +216,7 @@ fn panes() {
             ..Default::default()
         },
         size: (SIZE, SIZE),
-        environment: None,
+        environment: Default::default(),
         roughness_threshold: 0.01,
     };
     let glass = |tf, pr| MtlMaterial {
@@ -293,7 +293,7 @@ fn many_lamps() {
             ..Default::default()
         },
         size: (SIZE, SIZE),
-        environment: None,
+        environment: Default::default(),
         roughness_threshold: 0.01,
     };
     let coloured = |ke| MtlMaterial {
@@ -354,7 +354,7 @@ fn penumbra_of_a_wide_lamp() {
             ..Default::default()
         },
         size: (SIZE, SIZE),
-        environment: None,
+        environment: Default::default(),
         roughness_threshold: 0.001,
     };
     let materials = vec![

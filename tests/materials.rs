@@ -413,7 +413,7 @@ fn build(polygons: &Polygons, materials: Vec<MtlMaterial>) -> Scene {
             ..Default::default()
         },
         size: (8, 8),
-        environment: Some(Vec3::ONE.into()),
+        environment: Vec3::ONE.into(),
         roughness_threshold: 0.01,
     };
     let mut warnings = Warnings::new(true);

@@ -27,7 +27,7 @@ struct Expected<'a> {
 }
 
 const FOLDER: &str = "tests/models/";
-const NO_LIGHT: &str = "the scene has no light: a white environment is used";
+const NO_LIGHT: &str = "the scene has no light: a studio is used (--environment 1 for white)";
 
 /// Loads and renders a model, and checks it.
 fn check(name: &str, expected: &Expected) -> (ObjFile, Scene) {

@@ -33,7 +33,7 @@ fn scene_with_panes(mut materials: Vec<MtlMaterial>, panes: &[usize]) -> Scene {
             ..Default::default()
         },
         size: (4, 4),
-        environment: None,
+        environment: Default::default(),
         roughness_threshold: 0.05,
     };
     polygons(&triangles, materials, &settings)
@@ -95,7 +95,7 @@ fn a_shared_vertex_looks_the_same_to_both_paths() {
     for material in [common::lambert(0.5), metal(0.6), glass(0.6, 1.5)] {
         let settings = SceneSettings {
             size: (4, 4),
-            environment: Some(Vec3::ONE.into()),
+            environment: Vec3::ONE.into(),
             roughness_threshold: 0.05,
             ..Default::default()
         };

@@ -10,7 +10,7 @@ use gdpt::film::Halves;
 use gdpt::load::bitmap::{self, Bitmap, Texels};
 use gdpt::load::obj;
 use gdpt::render::Method;
-use gdpt::scene::environment::EnvironmentMap;
+use gdpt::scene::environment::{Axes, EnvironmentMap};
 use gdpt::scene::texture::Texture;
 use gdpt::trace::Backend;
 use glam::{Vec2, Vec3};
@@ -278,7 +278,7 @@ fn sky(sun: f32) -> EnvironmentMap {
         },
         has_alpha: false,
     };
-    EnvironmentMap::new(Arc::new(bitmap), 1.5, 35.0, false).unwrap()
+    EnvironmentMap::new(Arc::new(bitmap), 1.5, 35.0, Axes::of_up(Vec3::Y)).unwrap()
 }
 
 /// Samples against their density by χ² at 1e-5, the integral of the density, and the light in all.
@@ -386,7 +386,11 @@ fn black_maps_and_impossible_settings_are_refused() {
             "[environment]\nmap = 'grey.png'\nradiance = [1, 1, 1]\n",
             "one of them",
         ),
-        ("[environment]\nscale = 2.0\n", "no map"),
+        ("[environment]\nmap = 'grey.png'\nmodel = 'sky'\n", "one of them"),
+        ("[environment]\nmodel = 'studio'\nsun = [1, 2]\n", "no sky"),
+        ("[environment]\nsun = [1, 91]\n", "elevation"),
+        ("[environment]\nsun = [nan, 9]\n", "azimuth"),
+        ("[environment]\nbackground = 'grey'\n", "transparent"),
         ("[environment]\nmap = 'grey.png'\nscale = -1.0\n", "scale"),
     ] {
         let (success, text) = render(toml);

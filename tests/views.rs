@@ -120,7 +120,7 @@ fn an_edge_is_blurred_by_the_filter() {
             ..Default::default()
         },
         size: (SIDE, SIDE),
-        environment: Some(Vec3::ZERO.into()),
+        environment: Vec3::ZERO.into(),
         roughness_threshold: 0.01,
     };
     // The right half of the picture, and beyond.

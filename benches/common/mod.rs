@@ -80,7 +80,7 @@ pub fn large() -> Scene {
             ..Default::default()
         },
         size: (256, 256),
-        environment: None,
+        environment: Default::default(),
         roughness_threshold: 0.001,
     };
     Scene::build(

@@ -7,7 +7,7 @@ use crate::error::{Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::output::{check_outputs, print_beside, write_json};
 use crate::scene::Scene;
-use crate::scene::environment::Environment;
+use crate::scene::environment::{Environment, MapKind};
 use crate::scene::material::{Class, Material};
 use crate::scene::texture::Texture;
 use glam::Vec3;
@@ -228,10 +228,14 @@ fn kernels(scene: &Scene) -> Vec<String> {
 fn environment(environment: &Environment) -> String {
     match environment {
         Environment::Constant(radiance) => format!("{:?}", radiance.to_array()),
-        Environment::Map(map) => {
-            let (width, height) = map.size();
-            format!("a map of {width}x{height}")
-        }
+        Environment::Map(map) => match map.kind {
+            MapKind::Picture => {
+                let (width, height) = map.size();
+                format!("a map of {width}x{height}")
+            }
+            MapKind::Sky => "a clear sky".to_owned(),
+            MapKind::Studio => "a studio".to_owned(),
+        },
     }
 }
 

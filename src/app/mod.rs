@@ -13,7 +13,8 @@ use crate::cli::{EnvironmentFlag, ReadingArgs, Reconstruct, SizeFlag};
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
-use crate::load::sidecar::{CameraTable, EnvironmentTable};
+use crate::load::environment::{Background, EnvironmentTable, Model};
+use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
@@ -38,9 +39,58 @@ struct SceneFlags {
     /// Which of the TOML's cameras.
     camera_name: Option<String>,
     size: Option<SizeFlag>,
-    environment: Option<EnvironmentFlag>,
+    environment: EnvironmentFlags,
     roughness_threshold: f32,
     reading: ReadingArgs,
+}
+
+/// What flags say of the light from where there is nothing.
+#[derive(Default)]
+struct EnvironmentFlags {
+    source: Option<EnvironmentFlag>,
+    sun: Option<[f32; 2]>,
+    rotation: Option<f32>,
+    scale: Option<f32>,
+    background: Option<Background>,
+}
+
+impl EnvironmentFlags {
+    /// The table with what the flags say in its place.
+    fn over(self, mut table: EnvironmentTable) -> Result<EnvironmentTable> {
+        let sky = EnvironmentFlag::Model(Model::Sky);
+        let source = match (self.source, self.sun) {
+            (None, Some(_)) => Some(sky.clone()),
+            (Some(source), Some(_)) if source != sky => {
+                let message = "--sun is of a sky: it goes with --environment sky alone";
+                return Err(Error::Setting(message.into()));
+            }
+            (source, _) => source,
+        };
+        if let Some(source) = source {
+            // Another map is turned and scaled as the TOML's; no other light is.
+            let is_map = matches!(source, EnvironmentFlag::Map(_));
+            let of_map = |value: Option<f32>| value.filter(|_| is_map);
+            table = EnvironmentTable {
+                sun: self.sun.or(table.sun.filter(|_| source == sky)),
+                rotation: of_map(table.rotation),
+                scale: of_map(table.scale),
+                background: table.background,
+                ..Default::default()
+            };
+            match source {
+                EnvironmentFlag::Radiance(radiance) => table.radiance = Some(radiance),
+                EnvironmentFlag::Model(model) => table.model = Some(model),
+                EnvironmentFlag::Map(map) => {
+                    table.map = Some(map);
+                    table.read_map()?;
+                }
+            }
+        }
+        table.rotation = self.rotation.or(table.rotation);
+        table.scale = self.scale.or(table.scale);
+        table.background = self.background.or(table.background);
+        Ok(table)
+    }
 }
 
 impl SceneFlags {
@@ -50,7 +100,7 @@ impl SceneFlags {
             camera: CameraTable::default(),
             camera_name: None,
             size,
-            environment: None,
+            environment: EnvironmentFlags::default(),
             roughness_threshold: ROUGHNESS_THRESHOLD,
             reading: reading.clone(),
         }
@@ -59,6 +109,8 @@ impl SceneFlags {
 
 /// What a picture is written as where neither its name nor a flag says it.
 const MADE_UP_FORMAT: Format = Format::Display(Encoding::Png);
+/// The share of each pixel that the scene covers, of pictures without alpha.
+const COVERAGE: &str = "coverage.A";
 /// Before the names of layers that hold half A of the samples.
 const HALF_A: &str = "half_a.";
 const MAX_THREADS: usize = 1024;
@@ -81,25 +133,10 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         toml.film.height.unwrap_or(DEFAULT_SIZE),
     );
     let size = flags.size.map_or(film, |size| size.of_film(film));
-    let mut environment = toml.environment;
-    match flags.environment {
-        Some(EnvironmentFlag::Radiance(radiance)) => {
-            environment = EnvironmentTable {
-                radiance: Some(radiance),
-                ..Default::default()
-            };
-        }
-        // Rotation and scale are still the TOML's.
-        Some(EnvironmentFlag::Map(map)) => {
-            environment.map = Some(map);
-            environment.read_map()?;
-        }
-        None => {}
-    }
     let settings = SceneSettings {
         camera,
         size,
-        environment: EnvironmentSetting::of_table(&environment),
+        environment: EnvironmentSetting::of_table(&flags.environment.over(toml.environment)?),
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)
@@ -147,6 +184,14 @@ const BYTES_OF_IMAGES: usize = 460;
 /// Memory for the film and the images made of it.
 fn picture_bytes(width: u32, height: u32) -> u64 {
     u64::from(width) * u64::from(height) * (BYTES_PER_PIXEL + BYTES_OF_IMAGES) as u64
+}
+
+/// The channel that has the share of each pixel that the scene covers: alpha, where that is the picture's.
+fn coverage_channel(background: Background) -> &'static str {
+    match background {
+        Background::Environment | Background::Colour(_) => COVERAGE,
+        Background::Transparent => "A",
+    }
 }
 
 /// Refuses an image that is not of the size of another.

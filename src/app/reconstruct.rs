@@ -1,13 +1,19 @@
 //! `gdpt reconstruct` from files to files.
 
-use super::{Ended, HALF_A, check_same_size, reconstruction, thread_pool};
+use super::{COVERAGE, Ended, HALF_A, check_same_size, coverage_channel};
+use super::{reconstruction, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
+use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
+use crate::exposure::Metered;
 use crate::image::Image;
+use crate::load::environment::Background;
 use crate::load::exr::{self, ExrFile};
+use crate::output::exr::Layers;
 use crate::output::format::Format;
-use crate::output::{self, exr::Layers, png::Pixels, stats::solving};
+use crate::output::stats::{Shown, solving};
+use crate::output;
 use crate::picture::{self, Direct};
 use crate::progress::Reporter;
 use crate::reconstruct::{Alpha, Solution, Source};
@@ -21,6 +27,11 @@ struct Input {
     second: Option<Estimate>,
     samples: [u64; 2],
     direct: Direct,
+    /// The share of each pixel that the scene covers.
+    coverage: Vec<f32>,
+    background: Background,
+    /// Reflectance of what is seen, where it is known.
+    albedo: Option<Image>,
     /// Layers and texts that the output takes over.
     rest: ExrFile,
 }
@@ -68,6 +79,9 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         second,
         samples,
         direct,
+        coverage,
+        background,
+        albedo,
         rest,
     } = &mut input;
     let (width, height) = (first.primal.width, first.primal.height);
@@ -86,22 +100,38 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     };
     let made = pool.install(|| picture::make(method, &source, direct));
 
+    let plate = Plate {
+        image: &made.image,
+        coverage,
+        background: *background,
+    };
+    let shown = (format != Format::Exr).then(|| Shown {
+        exposure: args.exposure.stops(&Metered {
+            image: &made.image,
+            direct: &direct.all,
+            coverage,
+            albedo: albedo.as_ref(),
+        }),
+        tone: args.tone,
+    });
     let depth = rest.channels.get("depth.Z");
     let nothing = depth.is_some_and(|depth| depth.iter().all(|&d| d == 0.0));
 
     // File.
-    match format {
-        Format::Display(encoding) => {
-            Pixels::tone_mapped(&made.image, args.exposure).write(&args.output, encoding)?;
-        }
-        Format::Exr => {
+    match (format, shown) {
+        (Format::Display(encoding), Some(shown)) => plate
+            .pixels(shown.exposure, shown.tone)
+            .write(&args.output, encoding)?,
+        _ => {
             let mut layers = Layers::default();
-            layers.picture(&made.image);
+            layers.picture(&plate.linear());
+            layers.channel(coverage_channel(plate.background), coverage.clone());
             if let Some(error) = &made.error {
                 layers.colour("error", error);
             }
-            let replaced =
-                |name: &str| ["R", "G", "B", "A"].contains(&name) || name.starts_with("error.");
+            let replaced = |name: &str| {
+                ["R", "G", "B", "A", COVERAGE].contains(&name) || name.starts_with("error.")
+            };
             for (name, values) in std::mem::take(&mut rest.channels) {
                 if !replaced(&name) {
                     layers.channel(&name, values);
@@ -124,6 +154,9 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         let mut text = solving(made.seconds, iterations, residual);
         if let Some(error) = made.rel_mse.filter(|_| !nothing) {
             text += &format!("\nestimated relMSE {error:.2e}");
+        }
+        if let Some(shown) = shown {
+            text += &format!("\n{}", shown.summary());
         }
         let text = format!("{text}\nwrote {}\n", output::name_of(&args.output));
         output::print_beside(&[&args.output], &text)?;
@@ -181,6 +214,10 @@ fn own_file(path: &Path) -> Result<Input> {
     let known = |n: u64| n > 1;
     let all = estimate("", known(samples))?;
     let direct = image(&file, path, "direct")?;
+    let background = background(&file, path)?;
+    let coverage = coverage(&file, path, background)?;
+    let albedo = file.colour("albedo").is_some();
+    let albedo = albedo.then(|| image(&file, path, "albedo")).transpose()?;
     if halves[1] == 0 {
         return Ok(Input {
             first: all,
@@ -190,6 +227,9 @@ fn own_file(path: &Path) -> Result<Input> {
                 halves: [direct.clone(), direct.clone()],
                 all: direct,
             },
+            coverage,
+            background,
+            albedo,
             rest: file,
         });
     }
@@ -205,8 +245,34 @@ fn own_file(path: &Path) -> Result<Input> {
             halves: [direct_a, direct_b],
             all: direct,
         },
+        coverage,
+        background,
+        albedo,
         rest: file,
     })
+}
+
+/// What is behind the scene; the environment in files that say nothing of it.
+fn background(file: &ExrFile, path: &Path) -> Result<Background> {
+    let Some(text) = file.texts.get("gdpt.background") else {
+        return Ok(Background::Environment);
+    };
+    text.parse()
+        .map_err(|e| Error::input(path, None, format!("its background {e}")))
+}
+
+/// The share of each pixel that the scene covers.
+fn coverage(file: &ExrFile, path: &Path, background: Background) -> Result<Vec<f32>> {
+    let name = coverage_channel(background);
+    match file.channels.get(name) {
+        // What is no number becomes 0.
+        Some(channel) => Ok(channel.iter().map(|c| c.max(0.0).min(1.0)).collect()),
+        None if background == Background::Environment => Ok(vec![1.0; file.size.0 * file.size.1]),
+        None => {
+            let message = format!("has the background {background}, but no channel {name}");
+            Err(Error::input(path, None, message))
+        }
+    }
 }
 
 /// A variance that is not known.
@@ -313,6 +379,9 @@ fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Re
             halves: [direct.clone(), direct.clone()],
             all: direct,
         },
+        coverage: vec![1.0; width * height],
+        background: Background::Environment,
+        albedo: None,
         rest: ExrFile::default(),
     })
 }

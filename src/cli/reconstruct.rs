@@ -1,8 +1,10 @@
 //! `gdpt reconstruct`: definitions.
 
 use super::values::alpha;
+use crate::exposure::Exposure;
 use crate::output::format::Format;
 use crate::reconstruct::Alpha;
+use crate::tone::Tone;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -37,7 +39,7 @@ pub struct ReconstructArgs {
     #[arg(long, value_name = "FILE.exr", requires = "primal")]
     pub direct: Option<PathBuf>,
 
-    /// Where the picture goes: a .exr, .png or .jpg (tone-mapped), or - for standard output
+    /// Where the picture goes: a .exr (linear), .png or .jpg (exposed and tone-mapped), or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 
@@ -54,9 +56,18 @@ pub struct ReconstructArgs {
     #[arg(long, value_parser = alpha)]
     pub alpha: Option<Alpha>,
 
-    /// Brighten .png and .jpg pictures by this many stops
-    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
-    pub exposure: f32,
+    /// Brighten 8-bit pictures by this many stops; auto meters what the scene's surfaces send to the camera
+    #[arg(
+        long,
+        value_name = "auto|STOPS",
+        default_value = "auto",
+        allow_hyphen_values = true
+    )]
+    pub exposure: Exposure,
+
+    /// Tone curve of 8-bit pictures
+    #[arg(long, default_value = "neutral")]
+    pub tone: Tone,
 
     /// Number of threads [default: all]
     #[arg(long)]

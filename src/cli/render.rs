@@ -3,15 +3,19 @@
 use super::ReadingArgs;
 use super::reconstruct::Reconstruct;
 use super::values::{
-    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, size, up, vector,
+    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, positive, size, sun, up,
+    vector,
 };
+use crate::exposure::Exposure;
 use crate::filter::Filter;
 use crate::gradient::Weights;
+use crate::load::environment::Background;
 use crate::load::sidecar::{Up, View};
 use crate::output::format::Format;
 use crate::reconstruct::Alpha;
 use crate::render::Method;
 use crate::sampler::Points;
+use crate::tone::Tone;
 use crate::trace::Backend;
 use clap::Args;
 use std::path::PathBuf;
@@ -39,6 +43,7 @@ Examples:
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
   gdpt render scene.obj --view left --zoom 1.5         all of it from the left, larger
   gdpt render scene.obj -o out.jpg --up z --environment sky.hdr
+  gdpt render scene.obj -o out.png --environment sky --sun 60,25 --background transparent
   gdpt render a.obj b.obj -o pictures/ --time 1m       a picture of each, a minute for each
   gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
   gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
@@ -55,7 +60,7 @@ pub struct RenderArgs {
     #[arg(required = true, value_name = "SCENE.obj")]
     pub scenes: Vec<PathBuf>,
 
-    /// Where the picture goes: a .exr (all layers, 32-bit float), .png or .jpg (tone-mapped); a folder/ in
+    /// Where the picture goes: a .exr (all layers, 32-bit float), .png or .jpg (exposed and tone-mapped); a folder/ in
     /// which each scene gets its SCENE.png; or - for standard output [default: SCENE.png in the current folder,
     /// where there is none yet]
     #[arg(help_heading = OUTPUT, short, long, value_name = "FILE|DIR/")]
@@ -65,7 +70,7 @@ pub struct RenderArgs {
     #[arg(help_heading = OUTPUT, long, value_enum)]
     pub format: Option<Format>,
 
-    /// Also write a tone-mapped .png or .jpg
+    /// Also write a .png or .jpg, exposed and tone-mapped
     #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
     pub preview: Option<PathBuf>,
 
@@ -115,9 +120,19 @@ pub struct RenderArgs {
     #[arg(help_heading = PICTURE, long, default_value = "box")]
     pub filter: Filter,
 
-    /// Brighten .png and .jpg pictures by this many stops
-    #[arg(help_heading = PICTURE, long, default_value_t = 0.0, allow_hyphen_values = true)]
-    pub exposure: f32,
+    /// Brighten 8-bit pictures by this many stops; auto meters what the scene's surfaces send to the camera
+    #[arg(
+        help_heading = PICTURE,
+        long,
+        value_name = "auto|STOPS",
+        default_value = "auto",
+        allow_hyphen_values = true
+    )]
+    pub exposure: Exposure,
+
+    /// Tone curve of 8-bit pictures
+    #[arg(help_heading = PICTURE, long, default_value = "neutral")]
+    pub tone: Tone,
 
     /// A camera of the TOML's [cameras.NAME]
     #[arg(help_heading = CAMERA, long, value_name = "NAME")]
@@ -166,10 +181,36 @@ pub struct RenderArgs {
     #[arg(help_heading = CAMERA, long, value_name = "DISTANCE", allow_hyphen_values = true)]
     pub focus: Option<f32>,
 
-    /// Light from all directions: constant radiance R,G,B, or a picture (.exr, .hdr, ...; longitude across,
-    /// latitude down)
-    #[arg(help_heading = LIGHT, long, value_name = "R,G,B|FILE", value_parser = environment, allow_hyphen_values = true)]
+    /// Light from all directions: constant radiance R,G,B (1 or white for short), a picture (.exr, .hdr, ...;
+    /// longitude across, latitude down), sky (a clear one with the sun) or studio (lamps about the camera)
+    /// [default: the scene's, or studio where the scene has no light]
+    #[arg(help_heading = LIGHT, long, value_name = "R,G,B|FILE|sky|studio", value_parser = environment)]
+    #[arg(allow_hyphen_values = true)]
     pub environment: Option<EnvironmentFlag>,
+
+    /// The sun of the sky, in degrees: from the front (+z, or -y where z is up) counter-clockwise seen from
+    /// above, and from the horizon [default: -30,40]
+    #[arg(help_heading = LIGHT, long, value_name = "AZIMUTH,ELEVATION", value_parser = sun, allow_hyphen_values = true)]
+    pub sun: Option<[f32; 2]>,
+
+    /// Turn the environment about the vertical axis, counter-clockwise seen from above
+    #[arg(help_heading = LIGHT, long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub rotate_environment: Option<f32>,
+
+    /// Factor on the environment's radiance
+    #[arg(help_heading = LIGHT, long, value_name = "FACTOR", value_parser = positive)]
+    pub environment_scale: Option<f64>,
+
+    /// What the camera sees where there is nothing: a colour (linear; neither exposed nor tone-mapped), the
+    /// environment, or nothing, which gives pictures an alpha channel [default: light grey in a studio, else
+    /// environment]
+    #[arg(
+        help_heading = LIGHT,
+        long,
+        value_name = "R,G,B|environment|transparent",
+        allow_hyphen_values = true
+    )]
+    pub background: Option<Background>,
 
     /// Path tracing (pt) or gradient-domain path tracing (gpt)
     #[arg(help_heading = METHOD, long, default_value = "gpt")]

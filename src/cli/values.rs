@@ -1,5 +1,6 @@
 //! Values on the command line: from text, or why not.
 
+use crate::load::environment::{Model, colour};
 use crate::load::sidecar::Up;
 use crate::reconstruct::Alpha;
 use std::path::PathBuf;
@@ -49,14 +50,31 @@ pub enum EnvironmentFlag {
     Radiance([f32; 3]),
     /// A picture.
     Map(PathBuf),
+    /// By a model.
+    Model(Model),
 }
 
-/// Three numbers, or else a file.
+/// A radiance, the name of a model, or else a file.
 pub(super) fn environment(text: &str) -> Result<EnvironmentFlag, String> {
-    match vector(text) {
-        Ok(radiance) => Ok(EnvironmentFlag::Radiance(radiance)),
-        Err(e) if text.contains(',') => Err(e),
-        Err(_) => Ok(EnvironmentFlag::Map(text.into())),
+    match (text, colour(text)) {
+        ("sky", _) => Ok(EnvironmentFlag::Model(Model::Sky)),
+        ("studio", _) => Ok(EnvironmentFlag::Model(Model::Studio)),
+        (_, Some(radiance)) => Ok(EnvironmentFlag::Radiance(radiance)),
+        (_, None) if text.contains(',') => {
+            Err("needs three numbers with commas between, such as 1,1,1".into())
+        }
+        (_, None) => Ok(EnvironmentFlag::Map(text.into())),
+    }
+}
+
+/// Azimuth and elevation of the sun in degrees.
+pub(super) fn sun(text: &str) -> Result<[f32; 2], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[azimuth, elevation]) if azimuth.is_finite() && (0.0..=90.0).contains(&elevation) => {
+            Ok([azimuth, elevation])
+        }
+        _ => Err("needs azimuth and elevation (0 to 90) in degrees, such as -30,40".into()),
     }
 }
 
@@ -167,8 +185,18 @@ mod tests {
         let map = EnvironmentFlag::Map("a/sky.hdr".into());
         assert_eq!(environment("a/sky.hdr"), Ok(map));
         let white = EnvironmentFlag::Radiance([1.0; 3]);
-        assert_eq!(environment("1,1,1"), Ok(white));
-        assert!(environment("1,1,x").is_err());
+        for text in ["1,1,1", "1", "white", "1.0, 1,1"] {
+            assert_eq!(environment(text).as_ref(), Ok(&white), "{text}");
+        }
+        for bad in ["1,1,x", "1,2", "1,2,3,4", "nan,1,1"] {
+            assert!(environment(bad).is_err(), "{bad}");
+        }
+        let sky = EnvironmentFlag::Model(Model::Sky);
+        assert_eq!(environment("sky"), Ok(sky));
+        assert_eq!(sun("-30, 40.5"), Ok([-30.0, 40.5]));
+        for bad in ["40", "1,2,3", "0,91", "0,-1", "nan,3", ""] {
+            assert!(sun(bad).is_err(), "{bad}");
+        }
         assert_eq!(address("[::1]:99"), Ok("[::1]:99".into()));
         for bad in ["scene.obj", "localhost", "localhost:", ":7", "a:70000"] {
             assert!(address(bad).is_err(), "{bad}");

@@ -47,7 +47,7 @@ impl Film {
 }
 
 /// Numbers of 4 bytes in a pixel.
-const WORDS: usize = 2 * 21 + 9;
+const WORDS: usize = 2 * 21 + 10;
 const BYTES: usize = 4 * WORDS;
 const _: () = assert!(BYTES == super::BYTES_PER_PIXEL);
 
@@ -64,6 +64,7 @@ impl Pixel {
         vector(self.normal);
         put(self.depth.to_bits());
         put(self.hits);
+        put(self.coverage.to_bits());
         put(self.dropped);
         let mut bytes = [0; BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -86,6 +87,7 @@ impl Pixel {
             normal,
             depth: f32::from_bits(word()),
             hits: word(),
+            coverage: f32::from_bits(word()),
             dropped: word(),
         }
     }

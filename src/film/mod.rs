@@ -38,6 +38,7 @@ struct Pixel {
     normal: Vec3,
     depth: f32,
     hits: u32,
+    coverage: f32,
     dropped: u32,
 }
 
@@ -111,6 +112,8 @@ pub struct FirstHits {
     pub normal: Image,
     /// Distance from the camera; 0 where nothing is hit.
     pub depth: Vec<f32>,
+    /// The share of each pixel in which something is hit, by the pixel filter; from 0 to 1.
+    pub coverage: Vec<f32>,
     /// Samples dropped.
     pub dropped: Vec<f32>,
 }
@@ -168,6 +171,7 @@ impl FilmTile {
             pixel.normal += own.normal;
             pixel.depth += own.depth;
             pixel.hits += own.hits;
+            pixel.coverage += own.coverage;
             pixel.dropped += own.dropped;
         }
         let both = |p: &PixelSums, n| [0, 1].map(|h| part(p, h, n));
@@ -448,13 +452,17 @@ impl Film {
             albedo: self.image(),
             normal: self.image(),
             depth: self.image().channels[0].clone(),
+            coverage: self.image().channels[0].clone(),
             dropped: self.image().channels[0].clone(),
         };
         let n = (self.samples[0] + self.samples[1]).max(1) as f32;
+        let weight = self.weight(Halves::Both).max(f32::MIN_POSITIVE);
         self.for_each(|index, pixel| {
             hits.albedo.set(index, pixel.albedo / n);
             hits.normal.set(index, pixel.normal / n);
             hits.depth[index] = pixel.depth / pixel.hits.max(1) as f32;
+            // A filter that is in part negative may go beyond.
+            hits.coverage[index] = (pixel.coverage / weight).clamp(0.0, 1.0);
             hits.dropped[index] = pixel.dropped as f32;
         });
         hits

@@ -4,6 +4,7 @@
 mod ahead;
 pub mod bitmap;
 mod dds;
+pub mod environment;
 pub mod exr;
 mod find;
 mod library;

@@ -1,12 +1,11 @@
 //! The optional TOML beside an OBJ: camera, film and environment, as written.
 
-use super::bitmap::{self, Bitmap};
+use super::environment::EnvironmentTable;
 use super::find::beside;
 use crate::error::{Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// What `<stem>.toml` may say. What is absent is chosen automatically.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -172,33 +171,6 @@ pub struct FilmTable {
     pub height: Option<u32>,
 }
 
-/// `[environment]`
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EnvironmentTable {
-    /// Radiance from all directions.
-    pub radiance: Option<[f32; 3]>,
-    /// A picture of the light from all directions; from the TOML's folder on.
-    pub map: Option<PathBuf>,
-    /// Degrees by which the map is turned about the vertical axis, counter-clockwise seen from above.
-    pub rotation: Option<f32>,
-    /// Factor on the map's values.
-    pub scale: Option<f32>,
-    /// The map's picture.
-    #[serde(skip)]
-    pub bitmap: Option<Arc<Bitmap>>,
-}
-
-impl EnvironmentTable {
-    /// Reads the picture of the map, if there is one.
-    pub fn read_map(&mut self) -> Result<()> {
-        if let Some(path) = &self.map {
-            self.bitmap = Some(Arc::new(bitmap::load(path)?));
-        }
-        Ok(())
-    }
-}
-
 impl Sidecar {
     /// The camera of this name, or the unnamed one; an error says which names there are.
     pub fn camera_named(&self, name: Option<&str>) -> Result<CameraTable> {
@@ -240,18 +212,10 @@ pub fn load(obj: &Path) -> Result<Sidecar> {
         fail(line, e.message().replace('\n', " "))
     })?;
     let environment = &mut sidecar.environment;
-    if environment.radiance.is_some() && environment.map.is_some() {
-        let message = "[environment] has both radiance and map: give one of them";
-        return Err(fail(None, message.to_owned()));
+    if let Some(contradiction) = environment.contradiction() {
+        return Err(fail(None, format!("[environment] {contradiction}")));
     }
-    if environment.map.is_none() && (environment.rotation.is_some() || environment.scale.is_some())
-    {
-        let message = "[environment] has rotation or scale, but no map for it";
-        return Err(fail(None, message.to_owned()));
-    }
-    if let Some(map) = &mut environment.map {
-        *map = path.parent().unwrap_or(Path::new("")).join(&map);
-    }
+    environment.settle(path.parent().unwrap_or(Path::new("")));
     environment.read_map()?;
     Ok(sidecar)
 }

@@ -21,6 +21,7 @@ pub fn heat_map(errors: &[f32], width: usize) -> Pixels {
         width,
         height: errors.len() / width,
         rgb: errors.iter().flat_map(colour).collect(),
+        alpha: None,
     }
 }
 
@@ -37,5 +38,6 @@ pub fn signed(image: &Image, exposure: f32) -> Pixels {
         width: image.width,
         height: image.height,
         rgb: (0..image.width * image.height).flat_map(pixel).collect(),
+        alpha: None,
     }
 }

@@ -106,7 +106,12 @@ impl Figure {
             BitMapBackend::with_buffer(&mut rgb, SIZE).into_drawing_area(),
         )
         .map_err(|e| self.failed(&e))?;
-        Ok(Pixels { width, height, rgb })
+        Ok(Pixels {
+            width,
+            height,
+            rgb,
+            alpha: None,
+        })
     }
 
     fn failed(&self, e: &dyn std::fmt::Display) -> Error {

@@ -4,9 +4,9 @@ use super::format::Encoding;
 use super::write_whole;
 use crate::error::Result;
 use crate::image::{Image, to_srgb};
-use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 use std::path::Path;
 
 /// Of JPEG, from 1 to 100: where its marks are hard to see.
@@ -21,6 +21,8 @@ pub struct Pixels {
     pub height: usize,
     /// Red, green and blue of each pixel in sRGB, row by row from the upper left corner.
     pub rgb: Vec<u8>,
+    /// The opacity of each pixel, which is not multiplied into its colour; `None` where all are opaque.
+    pub alpha: Option<Vec<u8>>,
 }
 
 impl Pixels {
@@ -32,6 +34,7 @@ impl Pixels {
             width: image.width,
             height: image.height,
             rgb: (0..image.width * image.height).flat_map(pixel).collect(),
+            alpha: None,
         }
     }
 
@@ -39,15 +42,24 @@ impl Pixels {
     pub fn encode(&self, encoding: Encoding) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let (width, height) = (self.width as u32, self.height as u32);
-        let colours = image::ExtendedColorType::Rgb8;
-        let encoded = match encoding {
-            Encoding::Png => {
-                PngEncoder::new(&mut bytes).write_image(&self.rgb, width, height, colours)
+        let written = match (encoding, &self.alpha) {
+            (Encoding::Png, None) => PngEncoder::new(&mut bytes).write_image(
+                &self.rgb,
+                width,
+                height,
+                ExtendedColorType::Rgb8,
+            ),
+            (Encoding::Png, Some(alpha)) => {
+                let pixels = self.rgb.chunks_exact(3).zip(alpha);
+                let rgba: Vec<u8> = pixels.flat_map(|(c, &a)| [c[0], c[1], c[2], a]).collect();
+                let rgba8 = ExtendedColorType::Rgba8;
+                PngEncoder::new(&mut bytes).write_image(&rgba, width, height, rgba8)
             }
-            Encoding::Jpeg => JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY)
-                .write_image(&self.rgb, width, height, colours),
+            // Without alpha: what is not there is black.
+            (Encoding::Jpeg, _) => JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY)
+                .write_image(&self.rgb, width, height, ExtendedColorType::Rgb8),
         };
-        encoded.map_err(|e| match e {
+        written.map_err(|e| match e {
             image::ImageError::IoError(e) => e,
             e => std::io::Error::other(e),
         })?;

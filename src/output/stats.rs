@@ -4,6 +4,7 @@ use super::write_json;
 use crate::error::Result;
 use crate::path::Counts;
 use crate::shift::Death;
+use crate::tone::Tone;
 use crate::trace::RayKind;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -60,8 +61,30 @@ pub struct Stats {
     pub dropped: u64,
     /// Bytes of film for each pixel.
     pub film_bytes_per_pixel: usize,
+    /// How pictures of 8 bits are shown, if there are any.
+    pub shown: Option<Shown>,
     /// Warnings of the whole run.
     pub warnings: Vec<String>,
+}
+
+/// How a picture of 8 bits is shown.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Shown {
+    /// By how many stops it is brightened.
+    pub exposure: f32,
+    /// Its tone curve.
+    pub tone: Tone,
+}
+
+impl Shown {
+    /// With what shows another picture in the same way.
+    pub fn summary(&self) -> String {
+        format!(
+            "shown with --exposure {} --tone {}",
+            self.exposure,
+            self.tone.name()
+        )
+    }
 }
 
 impl Stats {
@@ -108,6 +131,9 @@ impl Stats {
         }
         if let Some(error) = self.estimated_rel_mse {
             text += &format!("\nestimated relMSE {error:.2e}");
+        }
+        if let Some(shown) = &self.shown {
+            text += &format!("\n{}", shown.summary());
         }
         let dead: u64 = self.dead_shifts.values().sum();
         if dead > 0 {

@@ -312,6 +312,7 @@ impl<const N: usize> Wavefront<N> {
             }
             if value.is_finite() {
                 sums.pixels[index].halves[half].add(value);
+                sums.pixels[index].coverage += value.coverage;
             } else {
                 sums.pixels[index].dropped += 1;
                 self.counts.dropped += 1;

@@ -122,13 +122,12 @@ impl<const N: usize> Wavefront<N> {
                     continue;
                 };
                 let sum = &mut sums.pixels[pixel as usize];
+                let own = &mut self.samples[pixel as usize];
+                own.coverage = f32::from(!matches!(end, End::Environment(_)));
                 match end {
-                    End::Environment(direction) => {
-                        self.samples[pixel as usize].direct =
-                            scene.environment.radiance(*direction);
-                    }
+                    End::Environment(direction) => own.direct = scene.seen_directly(*direction),
                     End::Light(light) => {
-                        self.samples[pixel as usize].direct = light.radiance;
+                        own.direct = light.radiance;
                         let albedo = light.radiance.min(Vec3::ONE);
                         sum.first_hit(albedo, light.ng, camera.origin.distance(light.position));
                     }

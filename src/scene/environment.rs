@@ -16,22 +16,72 @@ pub enum Environment {
     Map(Box<EnvironmentMap>),
 }
 
-/// A picture around the scene: longitude across, latitude down. At rotation 0 its middle is towards +z and
-/// a quarter of it towards +x, with y upwards.
+/// A picture around the scene: longitude across, latitude down. At rotation 0 its middle is towards the front
+/// and a quarter of it towards the right, which are +z and +x with y upwards.
 #[derive(Clone)]
 pub struct EnvironmentMap {
+    /// Where the picture is from.
+    pub kind: MapKind,
     texture: Texture,
     /// Factor on the picture's values.
     scale: f32,
     /// Turns about the vertical axis, counter-clockwise seen from above.
     rotation: f32,
-    /// Whether z is upwards in place of y.
-    z_up: bool,
+    axes: Axes,
     /// Cumulative weights of the rows, and of the pixels of each row; the last of each is 1.
     rows: Vec<f32>,
     columns: Vec<f32>,
     /// Probability of each row over its solid angle.
     row_densities: Vec<f32>,
+}
+
+/// Where the picture of an environment is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapKind {
+    /// A file.
+    Picture,
+    /// The model of a clear sky.
+    Sky,
+    /// The model of a studio.
+    Studio,
+}
+
+/// Which way is up, and where the front is: unit vectors along the coordinate axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes {
+    /// To the right for who looks at the front.
+    pub right: Vec3,
+    /// Upwards.
+    pub up: Vec3,
+    /// Out of the front. With z upwards it is towards -y, as in modelling programs, else towards +z.
+    pub front: Vec3,
+}
+
+impl Axes {
+    /// The axes with the coordinate axis upwards to which `up` is nearest: a camera that is held askew does
+    /// not turn the sky.
+    pub fn of_up(up: Vec3) -> Self {
+        let [x, y, z] = up.abs().to_array();
+        let (up, front) = if z > x.max(y) {
+            (Vec3::Z * up.z.signum(), Vec3::NEG_Y)
+        } else if x > y {
+            (Vec3::X * up.x.signum(), Vec3::Z)
+        } else {
+            (Vec3::Y * up.y.signum(), Vec3::Z)
+        };
+        Self {
+            right: up.cross(front),
+            up,
+            front,
+        }
+    }
+
+    /// Degrees from the front to the horizontal part of `direction`, counter-clockwise seen from above; 0
+    /// where it is vertical.
+    pub fn azimuth(&self, direction: Vec3) -> f32 {
+        let (right, front) = (direction.dot(self.right), direction.dot(self.front));
+        right.atan2(front).to_degrees()
+    }
 }
 
 /// A sampled direction to the environment.
@@ -72,9 +122,9 @@ impl Environment {
 }
 
 impl EnvironmentMap {
-    /// The map of a picture; `rotation` in degrees turns it counter-clockwise seen from above. `None`
-    /// where all of it is black.
-    pub fn new(bitmap: Arc<Bitmap>, scale: f32, rotation: f32, z_up: bool) -> Option<Self> {
+    /// The map of a picture from a file; `rotation` in degrees turns it counter-clockwise seen from above.
+    /// `None` where all of it is black.
+    pub fn new(bitmap: Arc<Bitmap>, scale: f32, rotation: f32, axes: Axes) -> Option<Self> {
         let texture = Texture::of_bitmap(bitmap);
         let (width, height) = texture.size();
         let (width, height) = (width as usize, height as usize);
@@ -121,9 +171,10 @@ impl EnvironmentMap {
         };
         let row_densities = (0..height).map(density).collect();
         (total > 0.0 && total.is_finite()).then_some(Self {
+            kind: MapKind::Picture,
             scale,
             rotation: rotation / 360.0,
-            z_up,
+            axes,
             row_densities,
             rows,
             columns,
@@ -134,21 +185,12 @@ impl EnvironmentMap {
     /// Where a direction lies in the picture: across and down, from 0 to 1.
     #[inline]
     fn place(&self, d: Vec3) -> Vec2 {
-        let (x, up, z) = self.axes(d);
+        let Axes { right, up, front } = self.axes;
+        let (x, up, z) = (d.dot(right), d.dot(up), d.dot(front));
         let across = x.atan2(-z) / TAU + self.rotation;
         // Exact at the poles too, where the cosine is not.
         let down = x.hypot(z).atan2(up) / PI;
         Vec2::new(across - across.floor(), down)
-    }
-
-    /// East, up and south of a direction.
-    #[inline]
-    fn axes(&self, d: Vec3) -> (f32, f32, f32) {
-        if self.z_up {
-            (d.x, d.z, -d.y)
-        } else {
-            (d.x, d.y, d.z)
-        }
     }
 
     #[inline]
@@ -199,18 +241,19 @@ impl EnvironmentMap {
         let down = up.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
         let up = up as f32;
         let (sin, cos) = (TAU * (across - self.rotation)).sin_cos();
-        let (east, south) = (radius * sin, -radius * cos);
-        let direction = if self.z_up {
-            Vec3::new(east, -south, up)
-        } else {
-            Vec3::new(east, up, south)
-        };
+        let axes = &self.axes;
+        let direction = axes.right * (radius * sin) + axes.up * up - axes.front * (radius * cos);
         let density = self.density_of(x, y);
         (density > 0.0).then(|| SkySample {
             direction,
             radiance: self.lookup(Vec2::new(across, down as f32)),
             density,
         })
+    }
+
+    /// Sets its rotation, in degrees.
+    pub(super) fn turn_to(&mut self, rotation: f32) {
+        self.rotation = rotation / 360.0;
     }
 
     /// Pixels across and down.
@@ -243,7 +286,7 @@ fn invert(cumulative: &[f32], u: f32) -> (usize, f32) {
 /// What the scene's hash is made of.
 impl std::fmt::Debug for EnvironmentMap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let place = (self.scale, self.rotation, self.z_up);
+        let place = (self.scale, self.rotation, self.axes);
         write!(f, "EnvironmentMap({:?} {place:?})", self.texture)
     }
 }

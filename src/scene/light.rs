@@ -19,8 +19,6 @@ pub struct Lights {
     choice: Choice,
     /// Probability of sampling the environment's map in place of a triangle; 0 where there is none.
     sky: f32,
-    /// Whether any triangle emits, be it that none is sampled.
-    emit: bool,
     /// Whether there are but a few triangles with one radiance each.
     plain: bool,
 }
@@ -139,7 +137,6 @@ impl Lights {
         if total <= 0.0 {
             return Self {
                 sky: if has_map { 1.0 } else { 0.0 },
-                emit: !triangles.is_empty(),
                 plain: !has_map,
                 ..Self::default()
             };
@@ -172,14 +169,8 @@ impl Lights {
             triangles,
             choice,
             sky,
-            emit: true,
             plain,
         }
-    }
-
-    /// Whether any triangle emits.
-    pub fn emit(&self) -> bool {
-        self.emit
     }
 
     /// Whether nothing is sampled as a light.

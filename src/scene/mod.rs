@@ -14,18 +14,23 @@ mod passage;
 mod ranges;
 pub mod remarks;
 mod sheets;
+mod sky;
+mod studio;
+mod surroundings;
 pub mod texture;
 pub mod textured;
 pub mod up_axis;
 
+pub use surroundings::{EnvironmentSetting, EnvironmentSource};
+
 use crate::bsdf::Bsdf;
 use crate::error::{Error, Result, Warnings};
-use crate::load::bitmap::Bitmap;
+use crate::load::environment::Background;
 use crate::load::obj::ObjFile;
-use crate::load::sidecar::{CameraTable, EnvironmentTable};
+use crate::load::sidecar::CameraTable;
 use crate::load::{MAX_PIXELS, MAX_SIDE};
 use camera::Camera;
-use environment::{Environment, EnvironmentMap};
+use environment::{Environment, MapKind};
 use framing::Framing;
 use glam::Vec3;
 use light::Lights;
@@ -48,10 +53,14 @@ pub struct Scene {
     pub lights: Lights,
     /// Radiance that arrives from every direction in which there is nothing.
     pub environment: Environment,
+    /// What the camera sees there.
+    pub background: Background,
     /// The camera.
     pub camera: Camera,
     /// What the camera would be from elsewhere.
     pub framing: Framing,
+    /// Degrees by which a studio is turned against the camera.
+    studio_rotation: f32,
     in_lanes: bool,
     is_diffuse: bool,
 }
@@ -63,46 +72,10 @@ pub struct SceneSettings {
     pub camera: CameraTable,
     /// Pixels across and down.
     pub size: (u32, u32),
-    /// Where light comes from in which there is nothing; chosen automatically if absent.
-    pub environment: Option<EnvironmentSetting>,
+    /// Light from where there is nothing, and what the camera sees there.
+    pub environment: EnvironmentSetting,
     /// Vertices at most this rough are of class specular.
     pub roughness_threshold: f32,
-}
-
-/// What the user asked for as the environment.
-#[derive(Clone, Debug)]
-pub enum EnvironmentSetting {
-    /// Constant radiance.
-    Constant(Vec3),
-    /// A map.
-    Map {
-        /// Longitude across, latitude down.
-        bitmap: Arc<Bitmap>,
-        /// Factor on its values.
-        scale: f32,
-        /// Degrees by which it is turned about the vertical axis.
-        rotation: f32,
-    },
-}
-
-impl EnvironmentSetting {
-    /// What a table asks for; `None` where it is empty.
-    pub fn of_table(table: &EnvironmentTable) -> Option<Self> {
-        match (&table.bitmap, table.radiance) {
-            (Some(bitmap), _) => Some(EnvironmentSetting::Map {
-                bitmap: bitmap.clone(),
-                scale: table.scale.unwrap_or(1.0),
-                rotation: table.rotation.unwrap_or(0.0),
-            }),
-            (None, radiance) => radiance.map(|r| Vec3::from(r).into()),
-        }
-    }
-}
-
-impl From<Vec3> for EnvironmentSetting {
-    fn from(radiance: Vec3) -> Self {
-        EnvironmentSetting::Constant(radiance)
-    }
 }
 
 impl Scene {
@@ -141,12 +114,15 @@ impl Scene {
                 }
             }
         }
-        let has_map = matches!(settings.environment, Some(EnvironmentSetting::Map { .. }));
-        let lights = Lights::new(&mesh, &materials, has_map);
         let up = UpAxis::new(&settings.camera, &mesh, &materials)?;
         let framing = Framing::new(&settings.camera, (width, height), up)?;
         let camera = framing.camera(&mesh)?;
-        let environment = environment(settings, &up, !lights.emit(), warnings)?;
+        let has_lamps = mesh
+            .materials_in_use(&materials)
+            .any(|material| material.emission.is_some());
+        let (environment, background) =
+            surroundings::build(&settings.environment, &camera, has_lamps, warnings)?;
+        let lights = Lights::new(&mesh, &materials, environment.map().is_some());
         let in_lanes = !mesh.triangles.is_empty();
         let is_diffuse =
             in_lanes && lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
@@ -155,11 +131,32 @@ impl Scene {
             materials,
             lights,
             environment,
+            background,
             camera,
             framing,
+            studio_rotation: settings.environment.rotation,
             in_lanes,
             is_diffuse,
         })
+    }
+
+    /// Looks at the scene by another camera. The lamps of a studio follow it.
+    pub fn look_by(&mut self, camera: Camera) {
+        if let Environment::Map(map) = &mut self.environment
+            && map.kind == MapKind::Studio
+        {
+            map.turn_to(surroundings::studio_rotation(&camera, self.studio_rotation));
+        }
+        self.camera = camera;
+    }
+
+    /// Light that the camera sees in the unit direction `direction`, in which there is nothing.
+    #[inline]
+    pub fn seen_directly(&self, direction: Vec3) -> Vec3 {
+        match self.background {
+            Background::Environment => self.environment.radiance(direction),
+            Background::Colour(_) | Background::Transparent => Vec3::ZERO,
+        }
     }
 
     /// Whether paths are shaded eight at once, in lanes.
@@ -186,6 +183,7 @@ impl Scene {
         self.mesh.hash_into(&mut hasher);
         let rest = (&self.materials, &self.environment, &self.camera);
         hasher.update(format!("{rest:?}").as_bytes());
+        hasher.update(&[u8::from(self.background == Background::Environment)]);
         hasher.digest()
     }
 }
@@ -215,43 +213,4 @@ fn materials(
 fn is_lambert(material: &Material) -> bool {
     let lambert = matches!(material.bsdf, Bsdf::Lambert { .. }) && material.class == Class::Rough;
     material.emission.is_some() || lambert
-}
-
-/// The environment that is asked for, or white where there is no light at all.
-fn environment(
-    settings: &SceneSettings,
-    up: &UpAxis,
-    dark: bool,
-    warnings: &mut Warnings,
-) -> Result<Environment> {
-    Ok(match &settings.environment {
-        Some(EnvironmentSetting::Constant(radiance)) => {
-            if !(radiance.is_finite() && radiance.min_element() >= 0.0) {
-                return Err(Error::Setting(format!(
-                    "the environment's radiance must be finite and not negative, got {radiance}"
-                )));
-            }
-            Environment::Constant(*radiance)
-        }
-        Some(EnvironmentSetting::Map {
-            bitmap,
-            scale,
-            rotation,
-        }) => {
-            if !(scale.is_finite() && *scale > 0.0 && rotation.is_finite()) {
-                return Err(Error::Setting(format!(
-                    "the environment's scale {scale} must be above 0, and its rotation {rotation} finite"
-                )));
-            }
-            let map = EnvironmentMap::new(bitmap.clone(), *scale, *rotation, up.is_z());
-            Environment::Map(Box::new(map.ok_or_else(|| {
-                Error::Setting("the environment's map is black".into())
-            })?))
-        }
-        None if dark => {
-            warnings.note("the scene has no light: a white environment is used");
-            Environment::Constant(Vec3::ONE)
-        }
-        None => Environment::Constant(Vec3::ZERO),
-    })
 }

@@ -18,7 +18,7 @@ use gdpt::path::Counts;
 use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::framing::Framing;
-use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
+use gdpt::scene::{EnvironmentSource, Scene, SceneSettings};
 use gdpt::shift::Death;
 use glam::Vec3;
 use proptest::prelude::*;
@@ -202,15 +202,13 @@ fn scene(mixture: &Mixture, size: (u32, u32)) -> Scene {
             ..Default::default()
         },
         size,
-        // Black must be said, or a scene without lights gets a white one.
-        environment: Some(
-            if mixture.environment {
-                Vec3::new(0.2, 0.0, 1.0)
-            } else {
-                Vec3::ZERO
-            }
-            .into(),
-        ),
+        // Black must be said, or a scene without lights gets a studio.
+        environment: if mixture.environment {
+            Vec3::new(0.2, 0.0, 1.0)
+        } else {
+            Vec3::ZERO
+        }
+        .into(),
         roughness_threshold: 0.01,
     };
     let mut warnings = Warnings::new(false);
@@ -284,6 +282,7 @@ fn lamps(count: usize, lamp: MtlMaterial, settings: &SceneSettings) -> Scene {
 fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
     let size = SceneSettings {
         size: (8, 8),
+        environment: Vec3::ONE.into(),
         ..Default::default()
     };
     assert!(lamps(1, light(1.0), &size).is_diffuse());
@@ -319,11 +318,7 @@ fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
         has_alpha: false,
     };
     let sky = SceneSettings {
-        environment: Some(EnvironmentSetting::Map {
-            bitmap: bitmap.into(),
-            scale: 1.0,
-            rotation: 0.0,
-        }),
+        environment: EnvironmentSource::Map(bitmap.into()).into(),
         ..size
     };
     assert!(!lamps(1, light(1.0), &sky).is_diffuse());

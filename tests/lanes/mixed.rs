@@ -14,7 +14,7 @@ use gdpt::load::sidecar::CameraTable;
 use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::material::{Class, Material};
-use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
+use gdpt::scene::{EnvironmentSetting, EnvironmentSource, Scene, SceneSettings};
 use glam::{Vec2, Vec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -100,12 +100,15 @@ fn scene(rng: &mut Rng) -> Scene {
     triangles(rng, &mut file);
 
     let aperture = if rng.one_in(4) { 0.1 } else { 0.0 };
-    let environment = match rng.below(4) {
-        0 => EnvironmentSetting::Map {
-            bitmap: picture(rng),
-            scale: 0.5,
-            rotation: 90.0 * rng.next(),
-        },
+    let environment: EnvironmentSetting = match rng.below(4) {
+        0 => {
+            let picture = picture(rng);
+            EnvironmentSetting {
+                scale: 0.5,
+                rotation: 90.0 * rng.next(),
+                ..EnvironmentSource::Map(picture).into()
+            }
+        }
         1 => (0.3 * rng.vector()).into(),
         _ => Vec3::ZERO.into(),
     };
@@ -120,7 +123,7 @@ fn scene(rng: &mut Rng) -> Scene {
             ..Default::default()
         },
         size: (1 + rng.below(24) as u32, 1 + rng.below(24) as u32),
-        environment: Some(environment),
+        environment,
         roughness_threshold: 0.02,
     };
     let mut warnings = Warnings::new(false);

@@ -100,7 +100,7 @@ impl Model {
         let settings = SceneSettings {
             camera: self.camera(),
             size: (width, height),
-            environment: Some(glam::Vec3::splat(self.environment).into()),
+            environment: glam::Vec3::splat(self.environment).into(),
             roughness_threshold: self.roughness_threshold,
         };
         let polygons: Vec<(&[[f32; 3]], usize)> = self

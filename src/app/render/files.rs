@@ -3,12 +3,12 @@
 use super::layers::layers;
 use super::targets::Target;
 use crate::cli::RenderArgs;
+use crate::develop::Plate;
 use crate::error::{Error, Result};
 use crate::film::{Film, FirstHits};
 use crate::load::scene_name;
 use crate::output::format::Format;
 use crate::output::is_stream;
-use crate::output::png::Pixels;
 use crate::output::stats::Stats;
 use crate::picture::Picture;
 use std::path::Path;
@@ -22,6 +22,7 @@ pub(super) struct Made<'a> {
     /// Where the samples are kept, if they are.
     pub(super) checkpoint: Option<&'a Path>,
     pub(super) picture: &'a Picture,
+    pub(super) plate: &'a Plate<'a>,
     pub(super) hits: &'a FirstHits,
     pub(super) film: &'a Film,
     pub(super) stats: &'a Stats,
@@ -34,7 +35,8 @@ pub(super) fn write(made: &Made) -> Result<()> {
     let to = |path: &Path| match made.target.format {
         Format::Exr => exr(path, made),
         Format::Display(encoding) => {
-            Pixels::tone_mapped(&made.picture.image, args.exposure).write(path, encoding)
+            let exposure = made.stats.shown.map_or(0.0, |shown| shown.exposure);
+            made.plate.pixels(exposure, args.tone).write(path, encoding)
         }
     };
     let Err(error) = to(made.output) else {
@@ -81,11 +83,12 @@ fn exr(path: &Path, made: &Made) -> Result<()> {
         output: _,
         checkpoint: _,
         picture,
+        plate,
         hits,
         film,
         stats,
     } = made;
-    let mut layers = layers(args.method, picture, hits, film);
+    let mut layers = layers(args.method, plate, picture, hits, film);
     layers.attribute("gdpt.version", stats.version);
     layers.attribute("gdpt.scene", stats.scene.clone());
     layers.attribute("gdpt.scene_hash", stats.scene_hash.clone());

@@ -1,15 +1,23 @@
 //! What a render has to show, layer by layer.
 
-use crate::app::HALF_A;
+use crate::app::{HALF_A, coverage_channel};
+use crate::develop::Plate;
 use crate::film::{Film, FirstHits, Halves};
 use crate::output::exr::Layers;
 use crate::picture::Picture;
 use crate::render::Method;
 
 /// All layers of a render by `method`.
-pub(super) fn layers(method: Method, picture: &Picture, hits: &FirstHits, film: &Film) -> Layers {
+pub(super) fn layers(
+    method: Method,
+    plate: &Plate,
+    picture: &Picture,
+    hits: &FirstHits,
+    film: &Film,
+) -> Layers {
     let mut layers = Layers::default();
-    layers.picture(&picture.image);
+    layers.picture(&plate.linear());
+    layers.channel(coverage_channel(plate.background), plate.coverage.to_vec());
     if let Some(error) = &picture.error {
         layers.colour("error", error);
     }

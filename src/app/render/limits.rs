@@ -33,9 +33,6 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
             "--roughness-threshold must be from 0 to 1".into(),
         ));
     }
-    if !args.exposure.is_finite() {
-        return Err(Error::Setting("--exposure must be a number".into()));
-    }
     if args.method == Method::Pt && args.reconstruct.is_some_and(|r| r != Reconstruct::None) {
         let message = "--reconstruct needs gradients, which --method pt does not have";
         return Err(Error::Setting(message.into()));

@@ -11,14 +11,18 @@ mod targets;
 mod turntable;
 mod watching;
 
-use super::{Ended, SceneFlags, load_scene, reconstruction, settle, thread_pool};
+use super::{
+    Ended, EnvironmentFlags, SceneFlags, load_scene, reconstruction, settle, thread_pool,
+};
 use crate::checkpoint::Progress;
 use crate::cli::{Reconstruct, RenderArgs};
+use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
-use crate::film::{BYTES_PER_PIXEL, Film};
+use crate::exposure::Metered;
+use crate::film::{BYTES_PER_PIXEL, Film, Halves};
 use crate::load::sidecar::{CameraTable, Up};
-use crate::output::format::Encoding;
-use crate::output::{png::Pixels, stats::Stats};
+use crate::output::format::{Encoding, Format};
+use crate::output::stats::{Shown, Stats};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
@@ -31,6 +35,7 @@ use error_check::ErrorCheck;
 use files::Made;
 use nothing::Lookout;
 use saving::Saving;
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -111,6 +116,7 @@ fn render_scene(
         warnings: warnings.list(),
         seconds_loading,
         seconds_building,
+        exposure: OnceCell::new(),
         stop,
         watcher: args.watch.clone().map(Watcher::new),
     };
@@ -120,7 +126,7 @@ fn render_scene(
     let camera = scene.camera.clone();
     for (index, frame) in frames.iter().enumerate() {
         let turns = index as f32 / frames.len() as f32;
-        scene.camera = camera.turned(turns * std::f32::consts::TAU);
+        scene.look_by(camera.turned(turns * std::f32::consts::TAU));
         if session.render(&scene, frame)? == Ended::Interrupted {
             return Ok(Ended::Interrupted);
         }
@@ -140,6 +146,8 @@ struct Session<'a> {
     warnings: &'a [String],
     seconds_loading: f64,
     seconds_building: f64,
+    /// In stops: that of the first picture, for all of them.
+    exposure: OnceCell<f32>,
     stop: &'a (dyn Fn() -> bool + Sync),
     watcher: Option<Watcher>,
 }
@@ -186,7 +194,7 @@ impl Session<'_> {
         let mut check = ErrorCheck::new(args.error, saving.next_check());
         let mut lookout = Lookout::new(args);
         let watcher = self.watcher.as_ref();
-        let mut watching = Watching::new(watcher, output, args.method, args.quiet);
+        let mut watching = Watching::new(watcher, output, args.method, scene.background, args.quiet);
         let mut ask = |film: &Film, counts: &Counts| {
             saving.now_and_then(film, counts, check.next);
             watching.now_and_then(film, method);
@@ -230,8 +238,27 @@ impl Session<'_> {
         };
         late.extend(watching.end(&picture, &hits, &film));
 
+        let plate = Plate {
+            image: &picture.image,
+            coverage: &hits.coverage,
+            background: scene.background,
+        };
+        let is_shown = target.format != Format::Exr || preview.is_some();
+        let shown = is_shown.then(|| Shown {
+            exposure: *self.exposure.get_or_init(|| {
+                args.exposure.stops(&Metered {
+                    image: &picture.image,
+                    direct: &film.direct(Halves::Both),
+                    coverage: &hits.coverage,
+                    albedo: Some(&hits.albedo),
+                })
+            }),
+            tone: args.tone,
+        });
+
         // Files.
         let (name, alpha) = picture::describe(method);
+        settings.insert("background", scene.background.to_string());
         settings.insert("reconstruct", name.to_owned());
         if !alpha.is_empty() {
             settings.insert("alpha", alpha);
@@ -261,6 +288,7 @@ impl Session<'_> {
             dead_shifts: BTreeMap::new(),
             dropped: 0,
             film_bytes_per_pixel: BYTES_PER_PIXEL,
+            shown,
             warnings: [self.warnings, &late].concat(),
         };
         stats.count(&counts);
@@ -270,14 +298,17 @@ impl Session<'_> {
             output,
             checkpoint: saving.kept(),
             picture: &picture,
+            plate: &plate,
             hits: &hits,
             film: &film,
             stats: &stats,
         };
         // What can be written is, whatever fails.
         let written = files::write(&made);
-        if let Some((path, encoding)) = preview {
-            Pixels::tone_mapped(&picture.image, args.exposure).write(path, encoding)?;
+        if let (Some((path, encoding)), Some(shown)) = (preview, shown) {
+            plate
+                .pixels(shown.exposure, shown.tone)
+                .write(path, encoding)?;
         }
         if let Some(path) = &args.stats {
             stats.write(path)?;
@@ -327,7 +358,13 @@ fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scen
         camera,
         camera_name: args.camera.clone(),
         size: args.size,
-        environment: args.environment.clone(),
+        environment: EnvironmentFlags {
+            source: args.environment.clone(),
+            sun: args.sun,
+            rotation: args.rotate_environment,
+            scale: args.environment_scale.map(|scale| scale as f32),
+            background: args.background,
+        },
         roughness_threshold: args.roughness_threshold,
         reading: args.reading.clone(),
     };

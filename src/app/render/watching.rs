@@ -1,7 +1,9 @@
 //! `--watch`: the picture as it grows.
 
 use super::layers::layers;
+use crate::develop::Plate;
 use crate::film::{Film, FirstHits, Halves};
+use crate::load::environment::Background;
 use crate::picture::{self, Picture};
 use crate::progress::Reporter;
 use crate::reconstruct;
@@ -20,6 +22,7 @@ pub(super) struct Watching<'a> {
     watcher: Option<&'a Watcher>,
     name: String,
     method: Method,
+    background: Background,
     quiet: bool,
     next: Instant,
     complaint: Option<String>,
@@ -30,12 +33,14 @@ impl<'a> Watching<'a> {
         watcher: Option<&'a Watcher>,
         output: &Path,
         method: Method,
+        background: Background,
         quiet: bool,
     ) -> Self {
         Self {
             watcher,
             name: output.display().to_string(),
             method,
+            background,
             quiet,
             next: Instant::now(),
             complaint: None,
@@ -79,10 +84,15 @@ impl<'a> Watching<'a> {
     }
 
     fn show(&self, watcher: &Watcher, picture: &Picture, hits: &FirstHits, film: &Film) {
+        let plate = Plate {
+            image: &picture.image,
+            coverage: &hits.coverage,
+            background: self.background,
+        };
         watcher.show(Snapshot {
             name: self.name.clone(),
             size: (film.width, film.height),
-            layers: layers(self.method, picture, hits, film),
+            layers: layers(self.method, &plate, picture, hits, film),
         });
     }
 

@@ -376,15 +376,17 @@ fn first_hits(
         };
         let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel]);
         if surfaces >> lane & 1 == 1 {
+            sample.coverage = 1.0;
             let albedo = vertices.reflectance(context.scene, lane);
             sums.first_hit(albedo, normal.lane(lane), distance.as_array()[lane]);
             continue;
         }
         match arrival::end(context.scene, hits, lane) {
             End::Environment(direction) => {
-                sample.direct = context.scene.environment.radiance(direction);
+                sample.direct = context.scene.seen_directly(direction);
             }
             End::Light(light) => {
+                sample.coverage = 1.0;
                 sample.direct = light.radiance;
                 let albedo = light.radiance.min(Vec3::ONE);
                 sums.first_hit(albedo, light.ng, camera.origin.distance(light.position));
