@@ -135,7 +135,19 @@ fn unreadable_scenes() {
         [0u8, 159, 146, 150, 255, 10, 102, 32, 0],
     )
     .unwrap();
-    case.refuses("binary.obj", &[], &["binary.obj"]);
+    case.refuses("binary.obj", &[], &["binary.obj", "binary data"]);
+    for (name, text, word) in [
+        ("a.stl", "solid x\nfacet normal 0 0 1\n", "STL"),
+        (
+            "lfs.obj",
+            "version https://git-lfs.github.com/spec/v1\n",
+            "git lfs pull",
+        ),
+        ("page.obj", "<!DOCTYPE html><html></html>", "HTML"),
+    ] {
+        fs::write(case.path(name), text).unwrap();
+        case.refuses(name, &[], &[name, word]);
+    }
 }
 
 #[test]
@@ -143,22 +155,14 @@ fn malformed_geometry() {
     for (body, words) in [
         ("", vec!["no faces"]),
         ("l 1 2\n", vec!["no faces"]),
-        ("f 1 2 9\n", vec![":5:", "vertex 9", "4"]),
-        ("f 1 2 -5\n", vec![":5:", "vertex -5"]),
-        ("f 1 2 0\n", vec![":5:", "vertex 0"]),
-        ("f 1 2 99999999999999999999\n", vec![":5:"]),
-        ("f 1//1 2//1 3//1\n", vec![":5:", "normal 1"]),
-        ("f 1 2 x\n", vec![":5:", "'x'"]),
-        ("# a comment\nf 1 2 3/1/1/1\n", vec![":6:"]),
-        ("v 1 2\nf 1 2 3\n", vec![":5:", "three numbers"]),
-        ("v 1 nan 2\nf 1 2 5\n", vec![":5:", "finite"]),
-        ("v 1 inf 2\nf 1 2 5\n", vec![":5:", "finite"]),
-        ("v 1 1e39 2\nf 1 2 5\n", vec![":5:", "finite"]),
-        ("vn 0 0\nf 1 2 3\n", vec![":5:", "normal"]),
-        ("v 1 2 3 0\nf 1 2 3\n", vec![":5:", "weight"]),
-        ("usemtl\nf 1 2 3\n", vec![":5:", "usemtl needs a name"]),
-        ("f 1 \\\n2 3\nf 1 2 9\n", vec![":7:", "vertex 9"]),
+        ("f 1 2 9\n", vec!["line 5", "vertex 9", "4"]),
+        ("f 1 2 x\n", vec!["line 5", "'x'"]),
+        (
+            "v 1 nan(ind) 2\nf 1 2 5\n",
+            vec!["line 5", "no finite numbers"],
+        ),
         ("f 1 1 2\n", vec!["no faces"]),
+        ("surf 0 1 0 1 1 2 3 4\n", vec!["no faces", "free-form"]),
     ] {
         let case = Case::new(&[("a.obj", &format!("{QUAD}{body}"))]);
         case.refuses("a.obj", &[], &words);
@@ -168,17 +172,44 @@ fn malformed_geometry() {
 #[test]
 fn tolerable_geometry() {
     for (body, words) in [
-        (
-            "f 1 2 3\nf 1 2 2\n",
-            vec![":6:", "1 triangles without area"],
-        ),
+        ("f 1 2 3\nf 1 2 2\n", vec![":6:", "1 faces without area"]),
         (
             "vn 0 0 1\nvn 0 0 0\nf 1//1 2//1 3//2\n",
             vec![":6:", "1 normals"],
         ),
         ("vn 0 0 nan\nf 1//1 2//1 3//1\n", vec![":5:", "1 normals"]),
+        ("vn 0 0\nf 1//1 2//1 3//1\n", vec![":5:", "1 normals"]),
         ("usemtl steel\nf 1 2 3\n", vec![":5:", "'steel'", "grey"]),
         ("mtllib no.mtl\nf 1 2 3\n", vec![":5:", "no.mtl"]),
+        ("f 1 2 3\nf 1 2 -5\n", vec![":6:", "1 faces", "vertex -5"]),
+        ("f 1 2 3\nf 1 2 0\n", vec![":6:", "vertex 0"]),
+        ("f 1 2 3\nf 1 2\n", vec![":6:", "fewer than three"]),
+        (
+            "f 1 2 99999999999999999999\nf 1 2 3\n",
+            vec![":5:", "vertex"],
+        ),
+        (
+            "f 1//1 2//1 3//1\nf 1//2 2//1 3//1\n",
+            vec![":5:", "2 faces", "normals"],
+        ),
+        (
+            "f 1/1 2/1 3/1\n",
+            vec![":5:", "1 faces", "texture coordinates"],
+        ),
+        ("v 1 2\nf 1 2 3\n", vec![":5:", "1 vertices", "0 faces"]),
+        (
+            "v 1 3.1+e2 2\nf 1 2 5\nf 1 2 3\n",
+            vec![":5:", "1 vertices", "1 faces"],
+        ),
+        ("v 1 1e39 2\nf 1 2 3\n", vec![":5:", "finite"]),
+        ("v 1 2 3 0\nf 1 2 3\n", vec![":5:", "weight"]),
+        ("vt 1.#QNAN 0\nf 1/1 2/1 3/1\n", vec![":5:", "1 texture"]),
+        ("f 1 \\\n2 3\nf 1 2 9\n", vec![":7:", "vertex 9"]),
+        (
+            "curv 0 1 1 2 3\ncurv 0 1 1 2 3\nf 1 2 3\n",
+            vec![":5:", "2 free-form curves"],
+        ),
+        ("quad 1 2 3 4\nf 1 2 3\n", vec![":5:", "'quad'"]),
     ] {
         let case = Case::new(&[("a.obj", &format!("{QUAD}{body}"))]);
         case.warns("a.obj", &words);

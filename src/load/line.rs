@@ -1,4 +1,4 @@
-//! Lines of an OBJ file: as the format means them, and as tobj reads them right.
+//! Lines of an OBJ file, and the numbers in them.
 
 use std::io::BufRead;
 
@@ -24,66 +24,85 @@ pub fn read(reader: &mut impl BufRead, line: &mut Vec<u8>) -> std::io::Result<us
     Ok(count)
 }
 
-/// Whether a line of numbers, without its end, needs neither [`read`] to join nor [`tidy`] to change it.
+/// The words of a line of numbers, without a comment behind them. In names `#` is a letter, and `-1.#IND` is
+/// how some write a number that is none.
+pub fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split_whitespace()
+        .take_while(|word| !word.starts_with('#'))
+}
+
+/// A number that is one, and not too large for 32 bits.
+pub fn finite(word: &str) -> Option<f32> {
+    word.parse().ok().filter(|x: &f32| x.is_finite())
+}
+
+/// What [`plain_numbers`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlainNumbers {
+    /// How many.
+    pub count: usize,
+    /// Whether all are 0.
+    pub zero: bool,
+    /// Whether the last one is 0, or may be after rounding.
+    pub last_zero: bool,
+}
+
+/// Longest plain number: longer ones may be too large or too small for 32 bits.
+const LONGEST: usize = 24;
+
+/// Counts the numbers of a line, or `None` where one of them is not plain: not of decimal digits with at most
+/// a point and a negative exponent, which every reader takes, and which are finite.
 #[inline]
-pub fn is_tidy(line: &[u8]) -> bool {
-    let (mut words, mut in_word, mut plain) = (0, false, true);
-    for &byte in line {
-        let blank = byte.is_ascii_whitespace();
-        words += usize::from(!blank && !in_word);
-        in_word = !blank;
-        plain &= byte.is_ascii() && byte != b'#' && byte != b'\\';
-    }
-    // A vertex may have a weight; more is a colour.
-    plain && (words <= 5 || !line.starts_with(b"v ") && !line.starts_with(b"v\t"))
-}
-
-/// Changes what tobj misreads or refuses, without a change of meaning:
-/// - A comment behind numbers goes. In names `#` is a letter: `usemtl Material #25`.
-/// - Lines and points go. tobj makes triangles of a line through three points.
-/// - The colour of a vertex goes. tobj refuses files in which only some vertices have one.
-/// - `usemtl` begins the line, and a blank follows it: tobj takes the name from the first blank on.
-pub fn tidy(line: &mut Vec<u8>) {
-    let indent = line.len() - line.trim_ascii_start().len();
-    if indent < line.len() {
-        line.drain(..indent);
-    }
-    match line.split(u8::is_ascii_whitespace).next() {
-        Some(b"v") => {
-            cut_comment(line);
-            let mut ends = (1..=line.len()).filter(|&end| {
-                !line[end - 1].is_ascii_whitespace()
-                    && line.get(end).is_none_or(u8::is_ascii_whitespace)
-            });
-            // A fourth number alone is a weight.
-            if let (Some(end), Some(_)) = (ends.nth(3), ends.nth(1)) {
-                cut(line, end);
+pub fn plain_numbers(line: &[u8]) -> Option<PlainNumbers> {
+    let mut found = PlainNumbers {
+        count: 0,
+        zero: true,
+        last_zero: true,
+    };
+    let mut at = 0;
+    loop {
+        while line.get(at).is_some_and(u8::is_ascii_whitespace) {
+            at += 1;
+        }
+        if at == line.len() {
+            return Some(found);
+        }
+        let start = at;
+        let digits = |at: &mut usize, zero: &mut bool| {
+            let first = *at;
+            while let Some(digit @ b'0'..=b'9') = line.get(*at) {
+                *zero &= *digit == b'0';
+                *at += 1;
+            }
+            *at - first
+        };
+        if matches!(line[at], b'-' | b'+') {
+            at += 1;
+        }
+        let mut zero = true;
+        let mut any = digits(&mut at, &mut zero);
+        if line.get(at) == Some(&b'.') {
+            at += 1;
+            any += digits(&mut at, &mut zero);
+        }
+        let small = matches!(line.get(at), Some(b'e' | b'E'));
+        if small {
+            if line.get(at + 1) != Some(&b'-') {
+                return None;
+            }
+            at += 2;
+            if digits(&mut at, &mut true) == 0 {
+                return None;
             }
         }
-        Some(b"vn" | b"vt" | b"f") => cut_comment(line),
-        Some(b"l" | b"p") => cut(line, 0),
-        Some(b"usemtl") => {
-            if let Some(tab @ b'\t') = line.get_mut("usemtl".len()) {
-                *tab = b' ';
-            }
+        let ended = line.get(at).is_none_or(u8::is_ascii_whitespace);
+        if any == 0 || !ended || at - start > LONGEST {
+            return None;
         }
-        _ => {}
+        found.count += 1;
+        found.zero &= zero;
+        found.last_zero = zero || small;
     }
-}
-
-fn cut_comment(line: &mut Vec<u8>) {
-    // `-1.#IND` is how some write a number that is none.
-    let begins = |w: &[u8]| w[0].is_ascii_whitespace() && w[1] == b'#';
-    if line.contains(&b'#')
-        && let Some(end) = line.windows(2).position(begins)
-    {
-        cut(line, end);
-    }
-}
-
-fn cut(line: &mut Vec<u8>, end: usize) {
-    line.truncate(end);
-    line.push(b'\n');
 }
 
 #[cfg(test)]
@@ -102,31 +121,53 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_tidied() {
-        for (line, want) in [
-            ("v 1 2 3\r\n", "v 1 2 3\r\n"),
-            ("v 1 2 3", "v 1 2 3"),
-            ("v 1 2 3 0.5\n", "v 1 2 3 0.5\n"),
-            ("v\t1  2 3 1 0 0\n", "v\t1  2 3\n"),
-            (" v 1 2 3 # here\n", "v 1 2 3\n"),
-            ("v 1 2 -1.#IND\n", "v 1 2 -1.#IND\n"),
-            ("f 1 2 3 # here", "f 1 2 3\n"),
-            ("l 1 2 3\n", "\n"),
-            ("p 1", "\n"),
-            ("lod 1\n", "lod 1\n"),
-            ("\tusemtl\ta b #1\n", "usemtl a b #1\n"),
-            ("usemtl", "usemtl"),
-            ("usemtl\r\n", "usemtl\r\n"),
-            ("# v 1\n", "# v 1\n"),
-            ("  \n", "  \n"),
-            ("", ""),
+    fn words_end_before_a_comment() {
+        let all = |line| words(line).collect::<Vec<_>>();
+        assert_eq!(all("\tv 1 -1.#IND\r\n"), ["v", "1", "-1.#IND"]);
+        assert_eq!(all("f 1 2 3 # here"), ["f", "1", "2", "3"]);
+    }
+
+    #[test]
+    fn plain_numbers_are_finite_and_all_others_are_looked_at() {
+        for (line, count, zero, last_zero) in [
+            ("", 0, true, true),
+            (" 1 -2.5\t+.5 3. ", 4, false, false),
+            ("0 -0.000 0.", 3, true, true),
+            ("1 0\r", 2, false, true),
+            ("1.5e-05 2E-7", 2, false, true),
         ] {
-            let mut bytes = line.as_bytes().to_vec();
-            tidy(&mut bytes);
-            assert_eq!(String::from_utf8_lossy(&bytes), want, "{line:?}");
-            let plain = is_tidy(line.trim_end_matches('\n').as_bytes());
-            let begins = matches!(line.as_bytes().first(), Some(b'v' | b'f'));
-            assert!(!begins || !plain || line == want, "{line:?}");
+            let want = PlainNumbers {
+                count,
+                zero,
+                last_zero,
+            };
+            assert_eq!(plain_numbers(line.as_bytes()), Some(want), "{line}");
+            assert!(line.split_whitespace().all(|w| finite(w).is_some()));
+        }
+        for line in [
+            "nan",
+            "-nan(ind)",
+            "1.#QNAN",
+            "inf",
+            "3.1+e2",
+            "1e",
+            "1e-",
+            "1e5",
+            "1e39",
+            "--1",
+            "1-2",
+            "1,5",
+            "1.2.3",
+            ".",
+            "-",
+            "0x10",
+            "1_000",
+            "1 # x",
+            "1\\",
+            "\u{664}",
+            "1000000000000000000000000000000000000000",
+        ] {
+            assert_eq!(plain_numbers(line.as_bytes()), None, "{line}");
         }
     }
 }

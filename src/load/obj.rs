@@ -1,16 +1,18 @@
 //! OBJ files: triangles and materials as written.
 
 use super::ahead;
+use super::guarded;
+use super::kind;
 use super::library;
 use super::mtl::MtlMaterial;
-use super::regroup::{Group, Regroup};
-use super::scan::{self, Defect};
+use super::polygon::Triangulator;
+use super::regroup::{Colours, Group, Regroup};
+use super::scan;
+use super::text::{STANDARD_INPUT, Text};
 use super::textures;
-use super::{check_readable, guarded};
 use crate::error::{Error, Result, Warnings};
 use glam::{Vec2, Vec3};
-use std::fs::File;
-use std::io::BufReader;
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 /// In [`ObjFile::normal_triangles`] and [`ObjFile::texcoord_triangles`]: this corner has none.
@@ -32,6 +34,10 @@ pub struct ObjFile {
     /// Texture coordinates of each triangle's corners, into `texcoords`, or [`NONE`]; empty where no
     /// material has a texture.
     pub texcoord_triangles: Vec<[u32; 3]>,
+    /// Colours of vertices as written, NaN where one has none; empty where no vertex has any.
+    pub colours: Vec<Vec3>,
+    /// Smoothing group of each triangle without normals, 0 for none; empty where all are 0.
+    pub smoothing_of: Vec<u32>,
     /// Material of each triangle, into `materials`.
     pub material_of: Vec<u32>,
     /// Materials used or not; a missing one is there with its name alone.
@@ -45,171 +51,199 @@ pub struct Options {
     pub textures: Option<PathBuf>,
 }
 
-/// Reads an OBJ file, the material files that it names, and the textures that those name.
+/// Reads an OBJ file, the material files that it names, and the textures that those name. `-` is standard
+/// input.
 pub fn load(path: &Path, warnings: &mut Warnings) -> Result<ObjFile> {
     load_with(path, &Options::default(), warnings)
 }
 
 /// As [`load`], with `options`.
 pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Result<ObjFile> {
-    check_readable(path)?;
-    let open = || File::open(path).map_err(Error::io(path, "cannot be read"));
-    let reader = Regroup::new(BufReader::with_capacity(1 << 20, open()?));
-    let tobj_options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        single_index: false,
+    let text = Text::new(path)?;
+    let name = if path == Path::new(STANDARD_INPUT) {
+        Path::new("standard input")
+    } else {
+        path
     };
-    let no_library = |_: &Path| Ok(Default::default());
-    let (parsed, reader) = ahead::parse(reader, |lines| {
-        guarded(|| tobj::load_obj_buf(lines, &tobj_options, no_library))
-    });
-    let models = match parsed {
-        Ok(Ok((models, _))) => models,
-        failed => {
-            let reason = match failed {
-                Ok(Err(e)) => e.to_string(),
-                _ => "the parser gave up".into(),
-            };
-            return Err(broken(path, reason));
-        }
+    let head = |text: &Text| -> Result<Option<String>> {
+        let mut reader = text.open()?;
+        let head = reader
+            .fill_buf()
+            .map_err(Error::io(name, "cannot be read"))?;
+        Ok(kind::other_than_obj(head, text.length()))
     };
-
+    if let Some(other) = head(&text)? {
+        return Err(Error::input(name, None, other));
+    }
+    let (models, reader) = parse(name, &text)?;
     let (mut materials, material_of_name) =
         library::load(path, &reader.libraries, &reader.materials, warnings)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let more = options.textures.as_deref();
     textures::load(&mut materials, &material_of_name, folder, more, warnings)?;
-    let textured = materials.iter().any(|m| !m.maps.is_empty());
-
-    // One mesh of all models.
-    let mut obj = ObjFile {
-        materials,
-        ..Default::default()
+    let mut mesh = Assembly {
+        textured: materials.iter().any(|m| !m.maps.is_empty()),
+        obj: ObjFile {
+            materials,
+            ..Default::default()
+        },
+        triangulator: Triangulator::new(),
+        no_area: 0,
+        hollow: 0,
     };
     let mut unnamed = None;
-    let mut no_area = 0usize;
-    let mut smooth_faces = false;
     for model in models {
-        let mesh = model.mesh;
         let group = Group::from_name(&model.name);
-        let smooth = group.normals && !mesh.normal_indices.is_empty();
-        let mapped = group.texcoords && textured && !mesh.texcoord_indices.is_empty();
-        let first_position = obj.positions.len() as u64;
-        let (first_normal, first_texcoord) = (obj.normals.len() as u64, obj.texcoords.len() as u64);
-        if first_position + mesh.positions.len() as u64 / 3 >= u64::from(u32::MAX) {
-            return Err(Error::input(path, None, "has more than 2^32 vertices"));
-        }
-        obj.positions
-            .extend(mesh.positions.chunks_exact(3).map(Vec3::from_slice));
-        if smooth {
-            obj.normals
-                .extend(mesh.normals.chunks_exact(3).map(Vec3::from_slice));
-            // Faces before were flat.
-            if !smooth_faces {
-                obj.normal_triangles = vec![[NONE; 3]; obj.triangles.len()];
-                smooth_faces = true;
-            }
-        }
-        if mapped {
-            obj.texcoords
-                .extend(mesh.texcoords.chunks_exact(2).map(Vec2::from_slice));
-        }
         let material = match group.material {
-            Some(name) => material_of_name[name as usize],
+            Some(index) => material_of_name[index as usize],
             None => *unnamed.get_or_insert_with(|| {
-                obj.materials.push(MtlMaterial::default());
-                obj.materials.len() - 1
+                mesh.obj.materials.push(MtlMaterial::default());
+                mesh.obj.materials.len() - 1
             }),
         } as u32;
-        let corners_of = |indices: &[u32], face: usize, first: u64| {
-            [0, 1, 2].map(|c| (first + u64::from(indices[3 * face + c])) as u32)
+        if mesh.obj.positions.len() as u64 + model.mesh.positions.len() as u64 / 3
+            >= u64::from(u32::MAX)
+        {
+            return Err(Error::input(name, None, "has more than 2^32 vertices"));
+        }
+        mesh.add(&model.mesh, group, material);
+    }
+    if mesh.no_area > 0 {
+        let line = scan::first_without_area(text.open()?);
+        let line = line.map_or(String::new(), |line| format!(":{line}"));
+        warnings.push(format!(
+            "{}{line}: {} faces without area are left out",
+            name.display(),
+            mesh.no_area
+        ))?;
+    }
+    if mesh.obj.triangles.is_empty() {
+        let why = reader.passed_over.why_no_faces(reader.counts[0]);
+        let message = format!("has no faces (with area): nothing to render{why}");
+        return Err(Error::input(name, None, message));
+    }
+    reader.passed_over.tell(name, mesh.hollow, warnings)?;
+    Ok(mesh.obj)
+}
+
+/// The groups of the file, and what the reader kept.
+fn parse<'a>(
+    name: &Path,
+    text: &'a Text,
+) -> Result<(Vec<tobj::Model>, Regroup<Box<dyn BufRead + Send + 'a>>)> {
+    let options = tobj::LoadOptions {
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let mut colours = Colours::AsWritten;
+    loop {
+        let reader = Regroup::new(text.open()?, colours);
+        let no_library = |_: &Path| Ok(Default::default());
+        let (parsed, mut reader) = ahead::parse(reader, |lines| {
+            guarded(|| tobj::load_obj_buf(lines, &options, no_library))
+        });
+        if let Some(again) = reader.again.take() {
+            colours = again;
+            continue;
+        }
+        return match (parsed, &reader.failure) {
+            (_, Some(failure)) => {
+                let message = format!("cannot be read: {failure}");
+                Err(Error::input(name, None, message))
+            }
+            (Ok(Ok((models, _))), None) => Ok((models, reader)),
+            (Ok(Err(e)), None) => Err(Error::input(name, None, e.to_string())),
+            (Err(()), None) => Err(Error::input(name, None, "the parser gave up")),
         };
-        for face in 0..mesh.indices.len() / 3 {
-            let triangle = corners_of(&mesh.indices, face, first_position);
-            if !area_vector(&obj.positions, triangle).length().is_normal() {
-                let finite = triangle
-                    .iter()
-                    .all(|&c| obj.positions[c as usize].is_finite());
-                if !finite {
-                    return Err(broken(
-                        path,
-                        "a vertex coordinate is not a finite number".into(),
-                    ));
-                }
-                no_area += 1;
-                continue;
-            }
-            obj.triangles.push(triangle);
-            obj.material_of.push(material);
-            if smooth_faces {
-                obj.normal_triangles.push(if smooth {
-                    corners_of(&mesh.normal_indices, face, first_normal)
-                } else {
-                    [NONE; 3]
-                });
-            }
-            if textured {
-                obj.texcoord_triangles.push(if mapped {
-                    corners_of(&mesh.texcoord_indices, face, first_texcoord)
-                } else {
-                    [NONE; 3]
-                });
+    }
+}
+
+/// One mesh of all groups.
+struct Assembly {
+    obj: ObjFile,
+    /// Whether any material has a texture.
+    textured: bool,
+    triangulator: Triangulator,
+    /// Faces without area.
+    no_area: usize,
+    /// Faces with a corner that is not finite.
+    hollow: usize,
+}
+
+impl Assembly {
+    /// Adds the faces of a group.
+    fn add(&mut self, mesh: &tobj::Mesh, group: Group, material: u32) {
+        let obj = &mut self.obj;
+        let smooth = group.shape.normals && !mesh.normal_indices.is_empty();
+        let mapped = group.shape.texcoords && self.textured && !mesh.texcoord_indices.is_empty();
+        let first_position = obj.positions.len() as u32;
+        let (first_normal, first_texcoord) = (obj.normals.len() as u32, obj.texcoords.len() as u32);
+        let vectors = |list: &[f32]| -> Vec<Vec3> {
+            list.as_chunks::<3>().0.iter().map(|&v| v.into()).collect()
+        };
+        obj.positions.extend(vectors(&mesh.positions));
+        obj.colours.extend(vectors(&mesh.vertex_color));
+        if smooth {
+            obj.normals.extend(vectors(&mesh.normals));
+            // Faces before were flat.
+            if obj.normal_triangles.is_empty() {
+                obj.normal_triangles = vec![[NONE; 3]; obj.triangles.len()];
             }
         }
-    }
-    if reader.normals && obj.normals.is_empty() {
-        return Err(broken(
-            path,
-            "faces name normals, of which there are none".into(),
-        ));
-    }
-    if no_area > 0 {
-        let at = place(path, scan::locate(BufReader::new(open()?), Defect::NoArea));
-        warnings.push(format!(
-            "{at}: {no_area} triangles without area are left out"
-        ))?;
-    }
-    if obj.triangles.is_empty() {
-        return Err(Error::input(
-            path,
-            None,
-            "has no faces (with area): nothing to render",
-        ));
-    }
-    let bad = |n: &Vec3| !n.is_finite() || *n == Vec3::ZERO;
-    let bad_normals = obj.normals.iter().filter(|n| bad(n)).count();
-    if bad_normals > 0 {
-        let at = place(
-            path,
-            scan::locate(BufReader::new(open()?), Defect::BadNormal),
-        );
-        warnings.push(format!(
-            "{at}: {bad_normals} normals are zero or not finite; their triangles use the geometric normal"
-        ))?;
-    }
-    Ok(obj)
-}
+        let has_normals = !obj.normals.is_empty();
+        if group.smoothing != 0 && obj.smoothing_of.is_empty() {
+            obj.smoothing_of = vec![0; obj.triangles.len()];
+        }
+        let has_smoothing = group.smoothing != 0 || !obj.smoothing_of.is_empty();
+        if mapped {
+            let pairs = mesh.texcoords.as_chunks::<2>().0;
+            obj.texcoords.extend(pairs.iter().map(|&uv| Vec2::from(uv)));
+        }
 
-/// The error for a file that cannot be used: the first broken line, or `reason` if all look well.
-fn broken(path: &Path, reason: String) -> Error {
-    let found = File::open(path)
-        .ok()
-        .and_then(|f| scan::locate(BufReader::new(f), Defect::Broken));
-    let (line, message) = found.map_or((None, reason), |(line, message)| (Some(line), message));
-    Error::input(path, line, message)
-}
-
-fn place(path: &Path, found: Option<(usize, String)>) -> String {
-    match found {
-        Some((line, _)) => format!("{}:{line}", path.display()),
-        None => path.display().to_string(),
+        let (mut face, mut at) = (0, 0);
+        while at < mesh.indices.len() {
+            // tobj tells numbers of corners where not all are 3.
+            let corners = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
+            let indices = &mesh.indices[at..at + corners];
+            let points = indices
+                .iter()
+                .map(|&i| obj.positions[(first_position + i) as usize]);
+            let Some(triangles) = self.triangulator.cut(points) else {
+                self.hollow += 1;
+                (face, at) = (face + 1, at + corners);
+                continue;
+            };
+            self.no_area += usize::from(triangles.is_empty());
+            for triangle in triangles {
+                let corners_of =
+                    |list: &[u32], first: u32| triangle.map(|c| first + list[at + c as usize]);
+                obj.triangles
+                    .push(corners_of(&mesh.indices, first_position));
+                obj.material_of.push(material);
+                if has_normals {
+                    obj.normal_triangles.push(if smooth {
+                        corners_of(&mesh.normal_indices, first_normal)
+                    } else {
+                        [NONE; 3]
+                    });
+                }
+                if has_smoothing {
+                    obj.smoothing_of.push(group.smoothing);
+                }
+                if self.textured {
+                    let mut texcoords = [NONE; 3];
+                    if mapped {
+                        texcoords = corners_of(&mesh.texcoord_indices, first_texcoord);
+                        let finite = |&c: &u32| obj.texcoords[c as usize].is_finite();
+                        if !texcoords.iter().all(finite) {
+                            texcoords = [NONE; 3];
+                        }
+                    }
+                    obj.texcoord_triangles.push(texcoords);
+                }
+            }
+            (face, at) = (face + 1, at + corners);
+        }
     }
-}
-
-/// Twice the area of a triangle times its normal, without underflow for small triangles.
-fn area_vector(positions: &[Vec3], t: [u32; 3]) -> glam::DVec3 {
-    let [a, b, c] = t.map(|i| positions[i as usize].as_dvec3());
-    (b - a).cross(c - a)
 }

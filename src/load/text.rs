@@ -47,6 +47,14 @@ impl Text {
         })
     }
 
+    /// Its length in bytes as it is packed; 0 where that cannot be known.
+    pub fn length(&self) -> u64 {
+        match &self.bytes {
+            Some(bytes) => bytes.len() as u64,
+            None => std::fs::metadata(&self.path).map_or(0, |meta| meta.len()),
+        }
+    }
+
     /// Its text in UTF-8 (as far as it is text), where every line ends in a line feed. A byte order mark of
     /// UTF-8 stays.
     pub fn open(&self) -> Result<Box<dyn BufRead + Send + '_>> {
