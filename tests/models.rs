@@ -141,7 +141,9 @@ fn blender() {
             // 2√2; a square of side 2.
             area: 24.0 + 8.0 * 2.0 * 2.0 * octagon.sin() + 2.0 * 8f64.sqrt() + 4.0,
             bounds: [[-1.0, -1.0, -1.0], [4.0, 4.0, 1.0]],
-            warnings: &[],
+            warnings: &[
+                "blender.obj:125: 2 lines and points (l, p) are left out: only faces are rendered",
+            ],
         },
     );
     let metal = &file.materials[3];
@@ -303,9 +305,12 @@ fn wavefront() {
             warnings: &[
                 "wavefront.mtl:2: Ka spectral is not supported and ignored",
                 "wavefront.mtl:12: Ks xyz is not supported and ignored",
-                "wavefront.obj:44: 1 triangles without area are left out",
+                "wavefront.obj:44: 1 faces without area are left out",
                 "wavefront.obj:53: 1 normals are zero or not finite; their triangles use the geometric \
                  normal",
+                "wavefront.obj:25: 1 free-form curves are left out: only faces are rendered",
+                "wavefront.obj:56: 1 lines of 'call' are not understood and left out",
+                "wavefront.obj:20: 2 lines and points (l, p) are left out: only faces are rendered",
                 NO_LIGHT,
             ],
         },

@@ -2,6 +2,7 @@
 
 use gdpt::error::Warnings;
 use gdpt::load::obj::{self, NONE, ObjFile};
+use gdpt::scene::{Scene, SceneSettings};
 use glam::Vec3;
 use std::io::Write;
 use tempfile::TempDir;
@@ -95,4 +96,39 @@ fn smoothing_groups_and_colours_come_with_the_faces() {
     let (file, _) = read("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 0 0 1 1\nf 1 2 3\n");
     assert!(file.colours[0].is_nan());
     assert_eq!(file.colours[1..], [Vec3::new(1.0, 0.5, 0.0), Vec3::Z]);
+}
+
+#[test]
+fn lamps_shine_on_the_side_of_their_normals() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("lamp.obj");
+    std::fs::write(folder.path().join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
+    let normals = "vn 0 0 1\nvn 0 0 -1\n";
+    for (faces, up) in [
+        ("f 1 2 3 4\n", true),
+        ("f 4 3 2 1\n", false),
+        // Mirrored: the normals know.
+        ("f 4//1 3//1 2//1 1//1\n", true),
+        ("f 1//2 2//2 3//2 4//2\n", false),
+        // Normals that contradict one another do not.
+        ("f 1//1 2//2 3//2\n", true),
+    ] {
+        std::fs::write(
+            &path,
+            format!("mtllib lamp.mtl\nusemtl lamp\n{SQUARE}{normals}{faces}"),
+        )
+        .unwrap();
+        let mut warnings = Warnings::new(false);
+        let file = obj::load(&path, &mut warnings).unwrap();
+        let settings = SceneSettings {
+            size: (4, 4),
+            roughness_threshold: 0.01,
+            ..Default::default()
+        };
+        let scene = Scene::build(&path, file, &settings, &mut warnings).unwrap();
+        for triangle in 0..scene.mesh.triangles.len() as u32 {
+            let [a, b, c] = scene.mesh.corners(triangle);
+            assert_eq!((b - a).cross(c - a).z > 0.0, up, "{faces}");
+        }
+    }
 }

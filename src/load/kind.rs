@@ -55,7 +55,7 @@ pub fn other_than_obj(head: &[u8], length: u64) -> Option<String> {
     if lower.starts_with("<!doctype html") || lower.starts_with("<html") {
         return Some("is a web page (HTML): the download went wrong".into());
     }
-    let bytes = head.get(80..84).and_then(|b| b.try_into().ok());
+    let bytes: Option<[u8; 4]> = head.get(80..84).and_then(|b| b.try_into().ok());
     let stl_triangles = bytes.map_or(0, u32::from_le_bytes);
     let binary = head.iter().take(4096).any(|&b| b == 0);
     let what = if binary && stl_triangles > 0 && length == 84 + 50 * u64::from(stl_triangles)
@@ -71,8 +71,9 @@ pub fn other_than_obj(head: &[u8], length: u64) -> Option<String> {
     } else if lower.starts_with('<') {
         "an XML file"
     } else if let Some((_, what)) = BEGINNINGS.iter().find(|(b, _)| head.starts_with(b)) {
-        what
-    } else if lower.starts_with("newmtl ") || lower.contains("\nnewmtl ") {
+        *what
+    } else if lower.starts_with("newmtl ") || lower.contains("\nnewmtl ") && !lower.contains("\nv ")
+    {
         "a material file (MTL): give the OBJ file that names it"
     } else if binary {
         "binary data"
@@ -96,7 +97,7 @@ mod tests {
     fn files_are_known_by_how_they_begin() {
         let mut stl = vec![0; 84 + 50];
         stl[80] = 1;
-        for (head, word) in [
+        let beginnings: &[(&[u8], &str)] = &[
             (&stl[..], "STL"),
             (b"solid x\nfacet normal 0 0 1\n", "STL"),
             (b"ply\nformat ascii 1.0\n", "PLY"),
@@ -114,7 +115,8 @@ mod tests {
             (b"BLENDER-v402", "Blender"),
             (b"# x\nnewmtl a\nKd 1 1 1\n", "MTL"),
             (b"\x01\x02\0\x03", "binary"),
-        ] {
+        ];
+        for (head, word) in beginnings {
             let said = other_than_obj(head, head.len() as u64).unwrap();
             assert!(said.contains(word), "{word}: {said}");
         }

@@ -8,7 +8,7 @@ use super::mtl::MtlMaterial;
 use super::polygon::Triangulator;
 use super::regroup::{Colours, Group, Regroup};
 use super::scan;
-use super::text::{STANDARD_INPUT, Text};
+use super::text::{Lines, STANDARD_INPUT, Text};
 use super::textures;
 use crate::error::{Error, Result, Warnings};
 use glam::{Vec2, Vec3};
@@ -65,14 +65,7 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
     } else {
         path
     };
-    let head = |text: &Text| -> Result<Option<String>> {
-        let mut reader = text.open()?;
-        let head = reader
-            .fill_buf()
-            .map_err(Error::io(name, "cannot be read"))?;
-        Ok(kind::other_than_obj(head, text.length()))
-    };
-    if let Some(other) = head(&text)? {
+    if let Some(other) = other_kind(name, &text)? {
         return Err(Error::input(name, None, other));
     }
     let (models, reader) = parse(name, &text)?;
@@ -126,11 +119,17 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
     Ok(mesh.obj)
 }
 
+/// What the file is, if it is not OBJ.
+fn other_kind(name: &Path, text: &Text) -> Result<Option<String>> {
+    let mut reader = text.open()?;
+    let head = reader
+        .fill_buf()
+        .map_err(Error::io(name, "cannot be read"))?;
+    Ok(kind::other_than_obj(head, text.length()))
+}
+
 /// The groups of the file, and what the reader kept.
-fn parse<'a>(
-    name: &Path,
-    text: &'a Text,
-) -> Result<(Vec<tobj::Model>, Regroup<Box<dyn BufRead + Send + 'a>>)> {
+fn parse<'a>(name: &Path, text: &'a Text) -> Result<(Vec<tobj::Model>, Regroup<Lines<'a>>)> {
     let options = tobj::LoadOptions {
         ignore_points: true,
         ignore_lines: true,
@@ -147,14 +146,14 @@ fn parse<'a>(
             colours = again;
             continue;
         }
-        return match (parsed, &reader.failure) {
-            (_, Some(failure)) => {
-                let message = format!("cannot be read: {failure}");
-                Err(Error::input(name, None, message))
-            }
-            (Ok(Ok((models, _))), None) => Ok((models, reader)),
-            (Ok(Err(e)), None) => Err(Error::input(name, None, e.to_string())),
-            (Err(()), None) => Err(Error::input(name, None, "the parser gave up")),
+        if let Some(failure) = reader.failure.take() {
+            let message = format!("cannot be read: {failure}");
+            return Err(Error::input(name, None, message));
+        }
+        return match parsed {
+            Ok(Ok((models, _))) => Ok((models, reader)),
+            Ok(Err(e)) => Err(Error::input(name, None, e.to_string())),
+            Err(()) => Err(Error::input(name, None, "the parser gave up")),
         };
     }
 }

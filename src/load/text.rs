@@ -11,6 +11,9 @@ const BUFFER: usize = 1 << 20;
 /// The path that stands for standard input.
 pub const STANDARD_INPUT: &str = "-";
 
+/// The text of a file, line by line.
+pub type Lines<'a> = Box<dyn BufRead + Send + 'a>;
+
 /// A text file that can be read several times.
 pub struct Text {
     path: PathBuf,
@@ -57,7 +60,7 @@ impl Text {
 
     /// Its text in UTF-8 (as far as it is text), where every line ends in a line feed. A byte order mark of
     /// UTF-8 stays.
-    pub fn open(&self) -> Result<Box<dyn BufRead + Send + '_>> {
+    pub fn open(&self) -> Result<Lines<'_>> {
         let failed = || Error::io(&self.path, "cannot be read");
         let mut reader: Box<dyn BufRead + Send> = match &self.bytes {
             Some(bytes) => Box::new(Cursor::new(bytes)),

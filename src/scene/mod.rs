@@ -6,6 +6,7 @@ mod content;
 pub mod environment;
 pub mod framing;
 mod from_mtl;
+mod lamps;
 pub mod light;
 mod light_grid;
 pub mod material;
@@ -15,6 +16,7 @@ mod ranges;
 pub mod remarks;
 mod sheets;
 mod sky;
+mod smoothing;
 mod studio;
 mod surroundings;
 pub mod texture;
@@ -96,6 +98,8 @@ impl Scene {
         }
         let mut materials = materials(&obj, settings.roughness_threshold, path, warnings)?;
         sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
+        lamps::face_normals(&mut obj, &materials);
+        smoothing::add_normals(&mut obj);
         let opacity = obj.materials.iter().map(textured::opacity).collect();
         for note in content::notes(&obj.materials) {
             warnings.note(note);
