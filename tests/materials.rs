@@ -630,3 +630,105 @@ fn a_name_that_is_not_defined_means_the_one_that_nothing_uses() {
         assert!(warning.contains(word), "{warning}");
     }
 }
+
+/// A scene of three materials, one of which the MTL does not define, with a TOML.
+fn repaired(toml: &str) -> Result<(Vec<MtlMaterial>, usize), String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let text = "mtllib lib/a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wall\nf 1 2 3\nusemtl roof tile\nf 1 3 2\n\
+                usemtl door\nf 1 2 3\n";
+    let mtl = "newmtl wall\nKd .1 .2 .3\nNs 7\nd .5\nmap_Kd wall.png\nmap_d wall.png\nnewmtl roof tile\nKs .4\n\
+               newmtl spare\nnewmtl other\n";
+    std::fs::create_dir(folder.path().join("lib")).unwrap();
+    let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+    picture.save(folder.path().join("lib/wall.png")).unwrap();
+    picture.save(folder.path().join("brick.png")).unwrap();
+    for (name, text) in [("a.obj", text), ("lib/a.mtl", mtl), ("a.toml", toml)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let mut warnings = Warnings::new(false);
+    let options = gdpt::load::obj::Options {
+        repairs: gdpt::load::sidecar::load(&path)
+            .map_err(|e| e.to_string())?
+            .repairs,
+    };
+    let file = gdpt::load::obj::load_with(&path, &options, &mut warnings);
+    let file = file.map_err(|e| e.to_string())?;
+    let of_face = |t: usize| file.materials[file.material_of[t] as usize].clone();
+    Ok(((0..3).map(of_face).collect(), warnings.list().len()))
+}
+
+/// `[materials.NAME]` wins over the MTL key by key.
+#[test]
+fn tables_of_materials_win_over_the_library() {
+    let (before, warnings) = repaired("").unwrap();
+    assert_eq!(
+        (before[0].kd, before[0].maps.len(), warnings),
+        (Some([0.1, 0.2, 0.3]), 2, 1)
+    );
+    let toml = "[materials.wall]\nKd = [0.8, 0.2, 0]\nillum = 7\nTr = 0.25\n\
+                [materials.\"roof tile\"]\nmap_Kd = \"brick.png\"\nks = 1\nNi = 1.3\n\
+                [materials.door]\nKe = 3\n[materials.spare]\nPm = 1\n";
+    let (after, warnings) = repaired(toml).unwrap();
+    // Also the undefined one is defined.
+    assert_eq!(warnings, 0);
+    let [wall, roof, door] = &after[..] else {
+        panic!("{after:?}")
+    };
+    let wanted = MtlMaterial {
+        name: "wall".into(),
+        kd: Some([0.8, 0.2, 0.0]),
+        ns: Some(7.0),
+        opacity: Some(0.75),
+        illum: Some(7),
+        // Textures would take the place of what the TOML says.
+        ..Default::default()
+    };
+    assert_eq!(*wall, wanted);
+    assert_eq!(
+        (roof.ks, roof.ni, roof.kd),
+        (Some([1.0; 3]), Some(1.3), None)
+    );
+    assert!(roof.maps[0].bitmap.is_some() && roof.maps[0].key == "map_kd");
+    assert_eq!((door.ke, door.name.as_str()), (Some([3.0; 3]), "door"));
+    // A texture from the TOML's folder takes the other's place; "" is none.
+    let (after, _) = repaired("[materials.wall]\nmap_Kd = \"brick.png\"\nmap_d = \"\"\n").unwrap();
+    let files: Vec<&str> = after[0].maps.iter().map(|m| m.file.as_str()).collect();
+    assert_eq!(files.last(), Some(&"brick.png"));
+    assert!(after[0].map("map_d").is_none() && after[0].kd == Some([0.1, 0.2, 0.3]));
+    assert!(after[0].map("map_kd").unwrap().bitmap.is_some());
+}
+
+#[test]
+fn tables_of_materials_say_what_is_wrong() {
+    for (table, words) in [
+        (
+            "wal]\nKd = 1",
+            vec![
+                "[materials.wal]",
+                "'door'",
+                "'roof tile'",
+                "'spare'",
+                "'wall'",
+            ],
+        ),
+        (
+            "wall]\ncolour = 1",
+            vec!["[materials.wall]", "'colour'", "Kd", "illum", "map_"],
+        ),
+        ("wall]\nKd = [1, 2]", vec!["Kd needs", "[1, 2]"]),
+        ("wall]\nKd = \"red\"", vec!["Kd needs"]),
+        ("wall]\nNs = [1, 2, 3]", vec!["Ns needs a number"]),
+        ("wall]\nNs = nan", vec!["Ns needs a number"]),
+        ("wall]\nillum = 7.5", vec!["illum needs a whole number"]),
+        ("wall]\nillum = 11", vec!["illum needs a whole number"]),
+        ("wall]\nmap_Kd = 3", vec!["needs a file"]),
+        ("wall]\nnewmtl = \"x\"", vec!["'newmtl'"]),
+    ] {
+        let error = repaired(&format!("[materials.{table}\n")).unwrap_err();
+        assert!(error.contains("a.toml"), "{error}");
+        for word in words {
+            assert!(error.contains(word), "{table}: {error}");
+        }
+    }
+}

@@ -386,7 +386,10 @@ fn black_maps_and_impossible_settings_are_refused() {
             "[environment]\nmap = 'grey.png'\nradiance = [1, 1, 1]\n",
             "one of them",
         ),
-        ("[environment]\nmap = 'grey.png'\nmodel = 'sky'\n", "one of them"),
+        (
+            "[environment]\nmap = 'grey.png'\nmodel = 'sky'\n",
+            "one of them",
+        ),
         ("[environment]\nmodel = 'studio'\nsun = [1, 2]\n", "no sky"),
         ("[environment]\nsun = [1, 91]\n", "elevation"),
         ("[environment]\nsun = [nan, 9]\n", "azimuth"),

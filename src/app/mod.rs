@@ -121,11 +121,12 @@ pub const ROUGHNESS_THRESHOLD: f32 = 0.01;
 
 /// Reads the OBJ and the TOML beside it.
 fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
+    let toml = sidecar::load(path)?;
     let options = obj::Options {
         textures: flags.reading.textures,
+        repairs: toml.repairs.clone(),
     };
     let file = obj::load_with(path, &options, warnings)?;
-    let toml = sidecar::load(path)?;
     let camera = toml.camera_named(flags.camera_name.as_deref())?;
     let camera = flags.camera.or(&camera);
     let film = (

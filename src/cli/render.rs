@@ -3,8 +3,8 @@
 use super::ReadingArgs;
 use super::reconstruct::Reconstruct;
 use super::values::{
-    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, positive, size, sun, up,
-    vector,
+    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, positive, size, sun,
+    up, vector,
 };
 use crate::exposure::Exposure;
 use crate::filter::Filter;

@@ -3,6 +3,7 @@
 use super::find::{beside, find, in_any_case};
 use super::mtl::{self, MtlMaterial};
 use super::names::meant;
+use super::repair::Repair;
 use crate::error::{Result, Warnings};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -10,12 +11,13 @@ use std::path::{Path, PathBuf};
 /// Names with the lines on which they stand.
 pub type Named = [(String, usize)];
 
-/// The materials of all libraries, with an empty one for each name that no library has, and which of them
-/// each of the names in `used` means.
+/// The materials of all libraries, as the TOML's `repairs` have them, with an empty one for each name that no
+/// library has, and which of them each of the names in `used` means.
 pub fn load(
     path: &Path,
     libraries: &Named,
     used: &Named,
+    repairs: &[Repair],
     warnings: &mut Warnings,
 ) -> Result<(Vec<MtlMaterial>, Vec<usize>)> {
     let mut materials: Vec<MtlMaterial> = Vec::new();
@@ -27,6 +29,9 @@ pub fn load(
                 materials.push(material);
             }
         }
+    }
+    for repair in repairs {
+        repair.mend(&mut materials, used)?;
     }
     let meant = meant(path, &mut materials, used, warnings)?;
     Ok((materials, meant))

@@ -18,6 +18,7 @@ pub mod obj;
 mod passed_over;
 mod polygon;
 mod regroup;
+pub mod repair;
 mod scan;
 pub mod sidecar;
 pub mod tally;

@@ -76,11 +76,13 @@ pub fn parse(path: &Path, text: &str, warnings: &mut Warnings) -> Result<Vec<Mtl
 }
 
 /// What follows a key.
-#[derive(Clone, Copy, PartialEq)]
-enum Values {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Values {
+    /// A name.
     Name,
     /// One number or three.
     Colour,
+    /// A number.
     Number,
     /// A texture.
     Map,
@@ -128,8 +130,15 @@ const KEYS: [(&str, Values); 30] = [
 /// In what tobj reads, before the numbers of textures: their lines are not for it.
 const MAP: &str = "gdpt_map_";
 
+/// The keys that mean something, but for `newmtl`.
+pub(super) fn keys() -> impl Iterator<Item = &'static str> {
+    let meant = |kind: &Values| matches!(kind, Values::Colour | Values::Number | Values::Map);
+    let keys = KEYS.iter().filter(move |(_, kind)| meant(kind));
+    keys.map(|&(key, _)| key)
+}
+
 /// A key as it stands in [`KEYS`], in any letter case.
-fn known(word: &str) -> Option<(&'static str, Values)> {
+pub(super) fn known(word: &str) -> Option<(&'static str, Values)> {
     let alike = |same: fn(&str, &str) -> bool| KEYS.iter().find(|(key, _)| same(key, word));
     alike(|a, b| a == b)
         .or_else(|| alike(str::eq_ignore_ascii_case))

@@ -7,6 +7,7 @@ use super::library;
 use super::mtl::MtlMaterial;
 use super::polygon::Triangulator;
 use super::regroup::{Colours, Group, Regroup};
+use super::repair::Repair;
 use super::scan;
 use super::text::{Lines, STANDARD_INPUT, Text};
 use super::textures;
@@ -49,6 +50,8 @@ pub struct ObjFile {
 pub struct Options {
     /// One more folder in which textures are looked for.
     pub textures: Option<PathBuf>,
+    /// What wins over the materials of the libraries.
+    pub repairs: Vec<Repair>,
 }
 
 /// Reads an OBJ file, the material files that it names, and the textures that those name. `-` is standard
@@ -69,8 +72,13 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
         return Err(Error::input(name, None, other));
     }
     let (models, reader) = parse(name, &text)?;
-    let (mut materials, material_of_name) =
-        library::load(path, &reader.libraries, &reader.materials, warnings)?;
+    let (mut materials, material_of_name) = library::load(
+        path,
+        &reader.libraries,
+        &reader.materials,
+        &options.repairs,
+        warnings,
+    )?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let more = options.textures.as_deref();
     textures::load(&mut materials, &material_of_name, folder, more, warnings)?;

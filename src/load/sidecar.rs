@@ -1,7 +1,8 @@
-//! The optional TOML beside an OBJ: camera, film and environment, as written.
+//! The optional TOML beside an OBJ: camera, film, environment and repairs of materials, as written.
 
 use super::environment::EnvironmentTable;
 use super::find::beside;
+use super::repair::{self, Repair};
 use crate::error::{Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -23,6 +24,12 @@ pub struct Sidecar {
     /// `[environment]`
     #[serde(default)]
     pub environment: EnvironmentTable,
+    /// `[materials.NAME]`
+    #[serde(default)]
+    materials: BTreeMap<String, repair::Table>,
+    /// What they say.
+    #[serde(skip)]
+    pub repairs: Vec<Repair>,
 }
 
 /// `[camera]`
@@ -217,5 +224,8 @@ pub fn load(obj: &Path) -> Result<Sidecar> {
     }
     environment.settle(path.parent().unwrap_or(Path::new("")));
     environment.read_map()?;
+    let repairs = sidecar.materials.iter();
+    let repairs = repairs.map(|(name, table)| Repair::read(&path, name, table));
+    sidecar.repairs = repairs.collect::<Result<_>>()?;
     Ok(sidecar)
 }

@@ -30,8 +30,11 @@ pub fn shipped(name: &str, width: u32, height: u32) -> Scene {
 /// The scene of an OBJ and the TOML beside it, at a size of its own. Nothing in them may need a warning.
 pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
     let mut warnings = Warnings::new(true);
-    let file = obj::load(path, &mut warnings).unwrap();
     let toml = sidecar::load(path).unwrap();
+    let options = obj::Options {
+        repairs: toml.repairs.clone(),
+    };
+    let file = obj::load_with(path, &options, &mut warnings).unwrap();
     let settings = SceneSettings {
         camera: toml.camera,
         size: (width, height),

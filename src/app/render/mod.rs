@@ -11,9 +11,7 @@ mod targets;
 mod turntable;
 mod watching;
 
-use super::{
-    Ended, EnvironmentFlags, SceneFlags, load_scene, reconstruction, settle, thread_pool,
-};
+use super::{Ended, EnvironmentFlags, SceneFlags, load_scene, reconstruction, settle, thread_pool};
 use crate::checkpoint::Progress;
 use crate::cli::{Reconstruct, RenderArgs};
 use crate::develop::Plate;
@@ -194,7 +192,8 @@ impl Session<'_> {
         let mut check = ErrorCheck::new(args.error, saving.next_check());
         let mut lookout = Lookout::new(args);
         let watcher = self.watcher.as_ref();
-        let mut watching = Watching::new(watcher, output, args.method, scene.background, args.quiet);
+        let mut watching =
+            Watching::new(watcher, output, args.method, scene.background, args.quiet);
         let mut ask = |film: &Film, counts: &Counts| {
             saving.now_and_then(film, counts, check.next);
             watching.now_and_then(film, method);
