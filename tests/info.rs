@@ -76,3 +76,69 @@ fn what_cannot_be_read_is_an_error() {
             .contains("absent.obj")
     );
 }
+
+/// A folder with a scene of two materials that are used, and two that are not.
+fn scene() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 5 5 5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+        vn 0 0 1\nusemtl wood\nf 1/1/1 2/2/1 3/3/1\nusemtl pane\nf 1 3 4\n";
+    let mtl = "newmtl wood\nKd 0.123 0 0\nmap_Kd wood.png\nnewmtl pane\nd 0.1\nNi 1.5\nillum 9\n\
+        newmtl other\nKs 1 1 1\nPm 1\nPr 0.3\nnewmtl another\n";
+    std::fs::write(folder.path().join("a.obj"), obj).unwrap();
+    std::fs::write(folder.path().join("a.mtl"), mtl).unwrap();
+    let wood = image::RgbImage::from_pixel(4, 2, image::Rgb([200, 100, 50]));
+    wood.save(folder.path().join("wood.png")).unwrap();
+    folder
+}
+
+fn info(folder: &tempfile::TempDir, arguments: &[&str]) -> std::process::Output {
+    let mut command = Command::cargo_bin("gdpt").unwrap();
+    command.current_dir(folder.path()).arg("info");
+    command.args(arguments).output().unwrap()
+}
+
+#[test]
+fn what_is_told_is_what_is_rendered() {
+    let output = info(&scene(), &["a.obj", "--size", "100x50"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for line in [
+        "a.obj: 2 triangles",
+        "area 2.0000",
+        "size 2 x 1 x 0, from 0,0,0 to 2,1,0",
+        "normals: 1 triangles smooth, 1 flat",
+        "picture 100x50, camera at ",
+        ", up ",
+        "  wood: Lambert texture of 4x2, 1 triangles, area 1.0000",
+        "  pane: thin glass 1.5",
+        "  2 materials that no triangle has",
+        "kernels: Lambert, smooth panes, reconnection",
+        " MB for the picture, 1.0 MB of them its film, and about 0.",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    for word in ["0.123", "other", "metal"] {
+        assert!(!text.contains(word), "{word}: {text}");
+    }
+}
+
+#[test]
+fn several_scenes_are_told_one_after_the_other() {
+    let folder = scene();
+    let output = info(&folder, &["a.obj", "absent.obj", "a.obj", "--json", "-"]);
+    assert_eq!(output.status.code(), Some(1));
+    let infos: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let infos = infos.as_array().unwrap();
+    assert_eq!(infos.len(), 2);
+    assert_eq!(infos[1]["area"], 2.0);
+    assert_eq!(
+        infos[1]["unused_materials"],
+        serde_json::json!(["other", "another"])
+    );
+    assert!(infos[1]["view"].as_str().unwrap().starts_with("camera at "));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(text.matches("a.obj: 2 triangles").count(), 2, "{text}");
+    assert!(
+        text.contains("error: absent.obj") && text.contains("1 of 3 scenes failed"),
+        "{text}"
+    );
+}

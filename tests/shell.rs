@@ -405,6 +405,10 @@ fn flags_are_read_as_they_are_meant() {
         error.contains("'--spp'") && !error.contains("'--sample'"),
         "{error}"
     );
+    assert!(
+        !error.contains("Usage"),
+        "a usage of what was not meant: {error}"
+    );
     assert!(fails(&folder, "$R --spp=", 2).contains("--spp"));
     assert!(fails(&folder, "$G scene.obj", 2).contains("gdpt render scene.obj"));
 }

@@ -10,12 +10,14 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   gdpt info scene.obj                    materials, lights, textures, camera, warnings, memory, kernels
-  gdpt info scene.obj --json info.json   the same for machines")]
+  gdpt info scene.obj --json info.json   the same for machines
+  gdpt info *.obj --json - | jq          of several scenes, a list")]
 pub struct InfoArgs {
-    /// The scene, as for `gdpt render`
-    pub scene: PathBuf,
+    /// The scenes, as for `gdpt render`
+    #[arg(required = true, value_name = "SCENE.obj")]
+    pub scenes: Vec<PathBuf>,
 
-    /// Also write it as JSON
+    /// Also write it as JSON (- for standard output); of several scenes, as a list
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 

@@ -226,8 +226,9 @@ pub(super) fn improve(mut error: Error, arguments: &[OsString]) -> Error {
         _ => None,
     };
     if let Some(hint) = hint {
-        // In place of what looks alike.
+        // In place of what looks alike, and of how that would be used.
         error.remove(ContextKind::SuggestedArg);
+        error.remove(ContextKind::Usage);
         let hint = format!("what does that here is '{hint}'").into();
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint]));
     }

@@ -79,6 +79,12 @@ pub struct PointsX8 {
 pub const SHALLOWEST: f32 = 1e-3;
 
 impl Mesh {
+    /// How many triangles are shaded by normals of their corners.
+    pub fn smooth_triangles(&self) -> usize {
+        let normals = self.normal_triangles.iter();
+        normals.filter(|corners| corners[0] != NONE).count()
+    }
+
     /// Takes over what was read. A triangle with a normal that is zero or not finite, or that points
     /// to the other side, is flat. `opacity` are the materials' textures of opacity.
     pub fn new(mut obj: ObjFile, opacity: Vec<Option<Texture>>) -> Self {

@@ -1,10 +1,11 @@
 //! `gdpt info`: what a scene holds and what its render takes.
 
+mod text;
+
 use super::{Ended, SceneFlags, load_with_camera};
 use crate::bsdf::Bsdf;
 use crate::cli::InfoArgs;
-use crate::error::{Result, Warnings};
-use crate::film::BYTES_PER_PIXEL;
+use crate::error::{Error, Result, Warnings};
 use crate::output::{check_outputs, print_beside, write_json};
 use crate::scene::Scene;
 use crate::scene::environment::{Environment, MapKind};
@@ -12,7 +13,8 @@ use crate::scene::material::{Class, Material};
 use crate::scene::texture::Texture;
 use glam::Vec3;
 use serde::Serialize;
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// Bytes of a triangle at the peak, while Embree builds its tree: measured with 10 million triangles.
 const BYTES_PER_TRIANGLE: usize = 144;
@@ -26,11 +28,20 @@ struct Info {
     triangles: usize,
     vertices: usize,
     bounds: [[f32; 3]; 2],
+    /// Of all triangles, in square units.
+    area: f64,
+    /// Triangles that are shaded by normals of their corners; the others are flat.
+    smooth: usize,
     width: u32,
     height: u32,
     camera: [f32; 3],
+    /// What the camera is, and why.
+    view: String,
     environment: String,
+    /// Those that triangles have.
     materials: Vec<MaterialInfo>,
+    /// Names of the others.
+    unused_materials: Vec<String>,
     /// Emitting triangles.
     lights: usize,
     /// Triangles with holes.
@@ -66,27 +77,67 @@ struct TextureInfo {
     height: u32,
 }
 
-/// Prints what the scene holds.
+/// Prints what the scenes hold. One that cannot be read does not keep the others from being told.
 pub fn info(args: &InfoArgs) -> Result<Ended> {
-    if let Some(path) = &args.json {
-        check_outputs(&[&args.scene], &[path])?;
+    let inputs: Vec<&Path> = args.scenes.iter().map(PathBuf::as_path).collect();
+    let outputs: Vec<&Path> = args.json.iter().map(PathBuf::as_path).collect();
+    check_outputs(&inputs, &outputs)?;
+    let mut infos = Vec::new();
+    let mut errors = Vec::new();
+    for path in inputs {
+        match of_scene(path, args) {
+            Ok(info) => infos.push(info),
+            Err(e) => errors.push(e),
+        }
     }
-    let flags = SceneFlags::of_size(args.size, &args.reading);
+    if let Some(path) = &args.json {
+        match &infos[..] {
+            [info] if args.scenes.len() == 1 => write_json(path, info)?,
+            [] => (),
+            infos => write_json(path, infos)?,
+        }
+    }
+    let texts: Vec<String> = infos.iter().map(text::of).collect();
+    print_beside(&outputs, &texts.join("\n"))?;
+    match (errors.pop(), args.scenes.len()) {
+        (None, _) => Ok(Ended::Done),
+        (Some(error), 1) => Err(error),
+        (Some(last), all) => {
+            errors.push(last);
+            for error in &errors {
+                let _ = writeln!(std::io::stderr(), "error: {error}");
+            }
+            let failed = errors.len();
+            Err(Error::Scenes { failed, all })
+        }
+    }
+}
+
+fn of_scene(path: &Path, args: &InfoArgs) -> Result<Info> {
     let mut warnings = Warnings::new(false);
-    let scene = load_with_camera(&args.scene, flags, &mut warnings)?;
-    let info = Info {
+    let scene = load_with_camera(
+        path,
+        SceneFlags::of_size(args.size, &args.reading),
+        &mut warnings,
+    )?;
+    let (materials, unused_materials) = materials(&scene);
+    Ok(Info {
         version: env!("CARGO_PKG_VERSION"),
-        scene: args.scene.display().to_string(),
+        scene: path.display().to_string(),
         scene_hash: format!("{:016x}", scene.hash()),
         triangles: scene.mesh.triangles.len(),
         // One more stands at the end for Embree.
         vertices: scene.mesh.positions.len().saturating_sub(1),
         bounds: [scene.mesh.bounds.0, scene.mesh.bounds.1].map(|b| b.to_array()),
+        area: materials.iter().map(|m| m.area).sum(),
+        smooth: scene.mesh.smooth_triangles(),
         width: scene.camera.width,
         height: scene.camera.height,
         camera: scene.camera.origin.to_array(),
+        view: scene.framing.describe(&scene.camera),
         environment: environment(&scene.environment),
-        materials: materials(&scene),
+        materials,
+        unused_materials,
         lights: scene.lights.len(),
         cutouts: cutouts(&scene),
         textures: textures(&scene),
@@ -94,17 +145,11 @@ pub fn info(args: &InfoArgs) -> Result<Ended> {
         memory_picture: super::picture_bytes(scene.camera.width, scene.camera.height) as usize,
         memory_scene: BYTES_PER_TRIANGLE * scene.mesh.triangles.len() + texture_bytes(&scene),
         warnings: warnings.list().to_vec(),
-    };
-    if let Some(path) = &args.json {
-        write_json(path, &info)?;
-    }
-    let outputs: Vec<&Path> = args.json.iter().map(|p| p.as_path()).collect();
-    print_beside(&outputs, &text(&info))?;
-    Ok(Ended::Done)
+    })
 }
 
-/// Every material with what bears it.
-fn materials(scene: &Scene) -> Vec<MaterialInfo> {
+/// Every material that triangles have, with what bears it; the names of those that none has.
+fn materials(scene: &Scene) -> (Vec<MaterialInfo>, Vec<String>) {
     let mut counts = vec![(0, 0.0f64); scene.materials.len()];
     for (triangle, &material) in scene.mesh.material_of.iter().enumerate() {
         let (count, area) = &mut counts[material as usize];
@@ -112,7 +157,13 @@ fn materials(scene: &Scene) -> Vec<MaterialInfo> {
         *area += f64::from(scene.mesh.area(triangle as u32));
     }
     let with_counts = scene.materials.iter().zip(counts);
-    with_counts
+    let (used, unused): (Vec<_>, Vec<_>) = with_counts.partition(|(_, (count, _))| *count > 0);
+    // A material of bodies and of open sheets stands there twice.
+    let is_used = |name: &str| used.iter().any(|(m, _)| m.name == name);
+    let names = unused.iter().map(|(m, _)| m.name.clone());
+    let unused = names.filter(|name| !is_used(name)).collect();
+    let used = used
+        .into_iter()
         .map(|(material, (triangles, area))| MaterialInfo {
             name: material.name.clone(),
             is: describe(material),
@@ -125,8 +176,8 @@ fn materials(scene: &Scene) -> Vec<MaterialInfo> {
             power: material.emission.map(|radiance| {
                 std::f64::consts::PI * area * f64::from(radiance.element_sum() / 3.0)
             }),
-        })
-        .collect()
+        });
+    (used.collect(), unused)
 }
 
 fn cutouts(scene: &Scene) -> usize {
@@ -179,7 +230,8 @@ fn kernels(scene: &Scene) -> Vec<String> {
             kernels.push(name);
         }
     };
-    for material in scene.materials.iter().filter(|m| m.emission.is_none()) {
+    let in_use = || scene.mesh.materials_in_use(&scene.materials);
+    for material in in_use().filter(|m| m.emission.is_none()) {
         let kind = match material.bsdf {
             Bsdf::Lambert { .. } => "Lambert",
             Bsdf::Mirror { .. } => "mirror",
@@ -197,7 +249,7 @@ fn kernels(scene: &Scene) -> Vec<String> {
         let smooth = matches!(m.bsdf, Bsdf::Plastic { coat, .. } if coat.is_smooth());
         m.class == Class::Specular || smooth
     };
-    if scene.materials.iter().any(copies) {
+    if in_use().any(copies) {
         need("half-vector copy".to_owned());
     }
     let triangles = scene.lights.len();
@@ -209,7 +261,7 @@ fn kernels(scene: &Scene) -> Vec<String> {
     if scene.environment.map().is_some() {
         need("environment map".to_owned());
     }
-    if scene.materials.iter().any(|m| m.textures.is_some()) {
+    if in_use().any(|m| m.textures.is_some()) {
         need("textures".to_owned());
     }
     if scene.mesh.cutouts.is_some() {
@@ -239,33 +291,57 @@ fn environment(environment: &Environment) -> String {
     }
 }
 
-/// What a material became.
+/// What a material became, with textures in place of the values that they replace.
 fn describe(material: &Material) -> String {
+    let texture = |role: &str| {
+        let mut named = material.textures.iter().flat_map(|t| t.named());
+        let (_, texture) = named.find(|(name, _)| *name == role)?;
+        let (width, height) = texture.size();
+        Some(format!("texture of {width}x{height}"))
+    };
     let colour = |c: Vec3| format!("{},{},{}", c.x, c.y, c.z);
     let rounded = |c: Vec3| colour((c * 1e4).round() / 1e4);
+    let base = |c: Vec3| texture("colour").unwrap_or_else(|| rounded(c));
+    let roughness = |alpha: f32| match texture("roughness") {
+        Some(texture) => format!("roughness {texture}"),
+        None => format!("alpha {}", (alpha * 1e4).round() / 1e4),
+    };
     // Through both boundaries of a body.
     let twice = |tint: Vec3| rounded(tint * tint);
     if let Some(radiance) = material.emission {
-        return format!("light of radiance {}", colour(radiance));
+        let times = texture("emission").map(|t| format!(" times a {t}"));
+        return format!(
+            "light of radiance {}{}",
+            colour(radiance),
+            times.unwrap_or_default()
+        );
     }
     match material.bsdf {
-        Bsdf::Lambert { albedo } => format!("Lambert {}", colour(albedo)),
-        Bsdf::Mirror { f0 } => format!("mirror {}", colour(f0)),
-        Bsdf::Conductor { f0, alpha } => format!("metal {}, alpha {alpha}", colour(f0)),
+        Bsdf::Lambert { albedo } => format!("Lambert {}", base(albedo)),
+        Bsdf::Mirror { f0 } => format!("mirror {}", base(f0)),
+        Bsdf::Conductor { f0, alpha } => format!("metal {}, {}", base(f0), roughness(alpha)),
         Bsdf::Glass { ior, tint } => format!("solid glass {ior}, tint {}", twice(tint)),
         Bsdf::RoughGlass { ior, alpha, tint } => {
-            format!("solid glass {ior}, alpha {alpha}, tint {}", twice(tint))
+            format!(
+                "solid glass {ior}, {}, tint {}",
+                roughness(alpha),
+                twice(tint)
+            )
         }
         Bsdf::Thin { ior, tint } => format!("thin glass {ior}, tint {}", rounded(tint)),
         Bsdf::RoughThin { ior, alpha, tint } => {
-            format!("thin glass {ior}, alpha {alpha}, tint {}", rounded(tint))
+            format!(
+                "thin glass {ior}, {}, tint {}",
+                roughness(alpha),
+                rounded(tint)
+            )
         }
         Bsdf::Plastic { albedo, coat } if coat.opacity < 1.0 && coat.tint == Vec3::ZERO => {
-            format!("Lambert {}, opacity {}", colour(albedo), coat.opacity)
+            format!("Lambert {}, opacity {}", base(albedo), coat.opacity)
         }
         Bsdf::Plastic { albedo, coat } => {
             let metal = if coat.metallic > 0.0 {
-                format!(", {} metal {}", coat.metallic, colour(coat.metal))
+                format!(", {} metal {}", coat.metallic, rounded(coat.metal))
             } else {
                 String::new()
             };
@@ -275,57 +351,11 @@ fn describe(material: &Material) -> String {
                 String::new()
             };
             format!(
-                "plastic {}, coat {:.3}, alpha {:.4}{metal}{opacity}",
-                colour(albedo),
+                "plastic {}, coat {:.3}, {}{metal}{opacity}",
+                base(albedo),
                 coat.f0,
-                coat.alpha
+                roughness(coat.alpha)
             )
         }
     }
-}
-
-fn text(info: &Info) -> String {
-    let megabytes = |bytes: usize| bytes as f64 / 1e6;
-    let [low, high] = info.bounds;
-    let mut text = format!(
-        "{}: {} triangles, {} vertices, from {low:?} to {high:?}\n\
-         picture {}x{}, camera at {:?}, environment {}\n",
-        info.scene,
-        info.triangles,
-        info.vertices,
-        info.width,
-        info.height,
-        info.camera,
-        info.environment
-    );
-    for m in &info.materials {
-        text += &format!(
-            "  {}: {}, {} triangles, area {:.4}",
-            m.name, m.is, m.triangles, m.area
-        );
-        match m.power {
-            Some(power) => text += &format!(", power {power:.4}\n"),
-            None => text += &format!(", {}\n", m.class),
-        }
-    }
-    for t in &info.textures {
-        text += &format!(
-            "  texture of {}: {}, {}x{}\n",
-            t.material, t.role, t.width, t.height
-        );
-    }
-    if info.cutouts > 0 {
-        text += &format!("  {} triangles with holes\n", info.cutouts);
-    }
-    text += &format!(
-        "kernels: {}\n\
-         memory: {:.1} MB for the picture ({BYTES_PER_PIXEL} bytes a pixel of film), about {:.1} MB for the scene\n",
-        info.kernels.join(", "),
-        megabytes(info.memory_picture),
-        megabytes(info.memory_scene)
-    );
-    for warning in &info.warnings {
-        text += &format!("warning: {warning}\n");
-    }
-    text
 }
