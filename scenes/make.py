@@ -7,150 +7,9 @@
 import math
 import pathlib
 import random
-import struct
 import sys
-import zlib
 
-HERE = pathlib.Path(__file__).parent
-
-
-class Obj:
-    def __init__(self, name, purpose):
-        self.name, self.purpose = name, purpose
-        self.lines, self.v, self.vn, self.vt, self.material = [], 0, 0, 0, None
-
-    def use(self, material):
-        if material != self.material:
-            self.lines.append(f"usemtl {material}")
-            self.material = material
-
-    def polygon(self, material, *corners):
-        """Corners counter-clockwise seen from the front."""
-        self.use(material)
-        for c in corners:
-            self.lines.append("v " + " ".join(f"{x:.6g}" for x in c))
-        self.lines.append("f " + " ".join(str(self.v + i + 1) for i in range(len(corners))))
-        self.v += len(corners)
-
-    def mapped(self, material, corners, texcoords):
-        """A polygon with texture coordinates."""
-        self.use(material)
-        self.lines += ["v " + " ".join(f"{x:.6g}" for x in c) for c in corners]
-        self.lines += ["vt " + " ".join(f"{x:.6g}" for x in t) for t in texcoords]
-        self.lines.append("f " + " ".join(f"{self.v + i + 1}/{self.vt + i + 1}" for i in range(len(corners))))
-        self.v += len(corners)
-        self.vt += len(corners)
-
-    def globe(self, material, centre, radius, rows=16):
-        """A sphere with vertex normals, and texture coordinates by longitude and latitude."""
-        self.use(material)
-        columns = 2 * rows
-        for i in range(rows + 1):
-            for j in range(columns + 1):
-                theta, phi = math.pi * i / rows, 2 * math.pi * j / columns
-                n = (math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi))
-                self.lines.append("v " + " ".join(f"{centre[k] + radius * n[k]:.6g}" for k in range(3)))
-                self.lines.append("vn " + " ".join(f"{x:.5g}" for x in n))
-                self.lines.append(f"vt {j / columns:.6g} {1 - i / rows:.6g}")
-        for i in range(rows):
-            for j in range(columns):
-                a, b = i * (columns + 1) + j, (i + 1) * (columns + 1) + j
-                # Around the poles one side has no length.
-                corners = [b, b + 1, a + 1] if i == 0 else [b, a + 1, a] if i == rows - 1 else [b, b + 1, a + 1, a]
-                self.lines.append("f " + " ".join(
-                    f"{self.v + c + 1}/{self.vt + c + 1}/{self.vn + c + 1}" for c in corners))
-        count = (rows + 1) * (columns + 1)
-        self.v, self.vn, self.vt = self.v + count, self.vn + count, self.vt + count
-
-    def rectangle(self, material, a, b, c):
-        """A parallelogram with corner b between a and c."""
-        d = tuple(a[i] + c[i] - b[i] for i in range(3))
-        self.polygon(material, a, b, c, d)
-
-    def block(self, material, centre, size, turn=0.0):
-        """An upright block that stands on centre's height, turned by `turn` degrees, normals outside."""
-        cos, sin = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-        (cx, cy, cz), (sx, sy, sz) = centre, size
-
-        def p(i, j, k):
-            x, z = (i - 0.5) * sx, (k - 0.5) * sz
-            return (cx + cos * x + sin * z, cy + j * sy, cz - sin * x + cos * z)
-
-        for face in (
-            ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
-            ((1, 0, 0), (0, 0, 0), (0, 1, 0), (1, 1, 0)),
-            ((1, 0, 1), (1, 0, 0), (1, 1, 0), (1, 1, 1)),
-            ((0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0)),
-            ((0, 1, 1), (1, 1, 1), (1, 1, 0), (0, 1, 0)),
-            ((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)),
-        ):
-            self.polygon(material, *(p(*c) for c in face))
-
-    def sphere(self, material, centre, radius, level=3, smooth=True):
-        """An icosphere with vertex normals, its corners on the sphere."""
-        g = (1 + math.sqrt(5)) / 2
-        corners = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g),
-                   (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
-        unit = lambda p: tuple(x / math.sqrt(sum(y * y for y in p)) for x in p)
-        corners = [unit(p) for p in corners]
-        faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4),
-                 (11, 10, 2), (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8),
-                 (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
-        for _ in range(level):
-            middle, finer = {}, []
-
-            def mid(a, b):
-                key = (min(a, b), max(a, b))
-                if key not in middle:
-                    corners.append(unit([corners[a][i] + corners[b][i] for i in range(3)]))
-                    middle[key] = len(corners) - 1
-                return middle[key]
-
-            for a, b, c in faces:
-                ab, bc, ca = mid(a, b), mid(b, c), mid(c, a)
-                finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-            faces = finer
-        self.use(material)
-        for p in corners:
-            self.lines.append("v " + " ".join(f"{centre[i] + radius * p[i]:.6g}" for i in range(3)))
-        if smooth:
-            for p in corners:
-                self.lines.append("vn " + " ".join(f"{x:.5g}" for x in p))
-        for f in faces:
-            if smooth:
-                self.lines.append("f " + " ".join(f"{self.v + i + 1}//{self.vn + i + 1}" for i in f))
-            else:
-                self.lines.append("f " + " ".join(str(self.v + i + 1) for i in f))
-        self.v += len(corners)
-        self.vn += len(corners) if smooth else 0
-
-    def room(self, left="red", right="green", wall="white"):
-        """x and z from -1 to 1, y from 0 to 2, open at z = 1, seen from the inside."""
-        self.rectangle(wall, (-1, 0, 1), (1, 0, 1), (1, 0, -1))
-        self.rectangle(wall, (-1, 2, -1), (1, 2, -1), (1, 2, 1))
-        self.rectangle(wall, (-1, 0, -1), (1, 0, -1), (1, 2, -1))
-        self.rectangle(left, (-1, 0, 1), (-1, 0, -1), (-1, 2, -1))
-        self.rectangle(right, (1, 0, -1), (1, 0, 1), (1, 2, 1))
-
-    def lamp(self, material="light", x=0.0, z=0.0, half=0.25, y=1.99):
-        """A square lamp that shines downwards."""
-        self.rectangle(material, (x - half, y, z - half), (x + half, y, z - half), (x + half, y, z + half))
-
-    def write(self, materials, camera, size=(256, 256), environment=None, folder=HERE):
-        comment = "".join(f"# {line}\n" for line in self.purpose.strip().splitlines())
-        mtl = "".join(f"newmtl {name}\n" + "".join(f"{key} {value}\n" for key, value in m.items()) + "\n"
-                      for name, m in materials.items())
-        origin, target, fov = camera
-        toml = (comment + f"[camera]\norigin = {list(origin)}\ntarget = {list(target)}\nup = [0, 1, 0]\nfov = {fov}\n\n"
-                f"[film]\nwidth = {size[0]}\nheight = {size[1]}\n")
-        if environment is not None:
-            toml += f"\n[environment]\nradiance = {list(environment)}\n"
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{self.name}.obj").write_text(
-            comment + f"mtllib {self.name}.mtl\n" + "\n".join(self.lines) + "\n")
-        (folder / f"{self.name}.mtl").write_text(f"# Materials of {self.name}.obj\n" + mtl)
-        (folder / f"{self.name}.toml").write_text(toml)
-
+from shapes import HERE, Obj, write_hdr, write_png
 
 DIFFUSE = {
     "white": {"Kd": "0.73 0.73 0.73"},
@@ -247,32 +106,6 @@ by exactly the share of the paths longer than --depth, which shrinks geometrical
     o.write(materials, ((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), 24.0), (192, 96), (1, 1, 1))
 
 
-def write_png(path, width, height, pixel):
-    """8-bit pictures: `pixel(x, y)` has 1, 3 or 4 bytes."""
-    channels = len(pixel(0, 0))
-    rows = b"".join(b"\0" + bytes(v for x in range(width) for v in pixel(x, y)) for y in range(height))
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows, 9))
-                     + chunk(b"IEND", b""))
-
-
-def write_hdr(path, width, height, pixel):
-    """Radiance pictures, not compressed."""
-    def rgbe(colour):
-        most = max(colour)
-        if most < 1e-32:
-            return bytes(4)
-        mantissa, exponent = math.frexp(most)
-        return bytes([*(int(c * mantissa * 256 / most) for c in colour), exponent + 128])
-
-    header = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode()
-    path.write_bytes(header + b"".join(rgbe(pixel(x, y)) for y in range(height) for x in range(width)))
-
-
 def still():
     o = Obj("still", """Textures, plastic and sky: a tiled floor, a leaf cut out of a rectangle, a board with bumps, balls of plastic under
 rough and smooth coats, of a half metallic paint and of metal whose roughness varies, lit by a map of the sky.""")
@@ -330,6 +163,86 @@ rotation = 20.0
     write_hdr(HERE / "still-sky.hdr", 128, 64, sky)
 
 
+def porch():
+    o = Obj("porch", """What people download has no lamp and no camera: flagstones under a normal map, a window with an open sheet of
+glass, leaves that the alpha of their picture cuts out, a stone that has its colours at the vertices.""")
+    o.mapped("flagstones", ((-1.3, 0, 0.9), (1.3, 0, 0.9), (1.3, 0, -0.9), (-1.3, 0, -0.9)),
+             ((0, 0), (2.6, 0), (2.6, 1.8), (0, 1.8)))
+    o.block("wood", (0, -0.12, 0), (2.7, 0.115, 1.9))
+    # A window that stands in its frame.
+    x, z, width, height, beam = 0.55, 0.35, 1.1, 1.25, 0.07
+    for side in (-0.5, 0.5):
+        o.block("wood", (x + side * (width - beam), 0, z), (beam, height, 0.1))
+    for y in (0, 0.5 * (height - beam), height - beam):
+        o.block("wood", (x, y, z), (width - 2 * beam, beam, 0.08))
+    w = 0.5 * width - beam
+    o.rectangle("pane", (x - w, 0, z), (x + w, 0, z), (x + w, height, z))
+
+    # A pot: its profile turned about the vertical axis.
+    profile = ((0.0, 0.0), (0.17, 0.0), (0.25, 0.36), (0.28, 0.36), (0.28, 0.44), (0.23, 0.44), (0.22, 0.38), (0.0, 0.38))
+
+    def pot(u, v):
+        at = min(int(v * 7), 6)
+        (r0, y0), (r1, y1) = profile[at:at + 2]
+        t = v * 7 - at
+        r, angle = r0 + (r1 - r0) * t, 2 * math.pi * u
+        return (-0.62 + r * math.sin(angle), y0 + (y1 - y0) * t, 0.1 + r * math.cos(angle))
+
+    o.surface("terracotta", pot, 48, 7)
+    for i in range(14):
+        turn, reach, top = 2.4 * i, 0.25 + 0.022 * (i % 5), 0.35 + 0.035 * (14 - i)
+
+        def leaf(u, v):
+            """From the pot upwards and outwards, drooping at its tip."""
+            r, y = reach * v * 1.6, 0.38 + top * math.sin(2.2 * v)
+            side = (u - 0.5) * 0.24
+            return (-0.62 + r * math.cos(turn) - side * math.sin(turn), y - 0.6 * side * side,
+                    0.1 + r * math.sin(turn) + side * math.cos(turn))
+
+        o.surface("leaves", leaf, 4, 12, smooth=1)
+
+    def stone(u, v):
+        theta, phi = math.pi * (1 - v), 2 * math.pi * u
+        n = (math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi))
+        bump = sum(math.sin(k * n[0] * 3 + k) * math.sin(k * n[1] * 2) * math.cos(k * n[2] * 3 + 1) / k for k in (1, 2, 3, 5))
+        r = 0.42 * (1 + 0.18 * bump)
+        moss = min(max(2.2 * n[1] + 1.5 * bump, 0), 1)
+        colour = [a + (b - a) * moss for a, b in zip((0.62, 0.58, 0.54), (0.36, 0.5, 0.16))]
+        return (0.55 + r * n[0], 0.34 + 0.85 * r * n[1], -0.35 + r * n[2], *colour)
+
+    o.surface("stone", stone, 64, 32, smooth=2)
+    o.write({
+        "flagstones": {"Kd": "0.62 0.6 0.57", "map_Bump": "-bm 1.0 porch-flagstones.png"},
+        "wood": {"Kd": "0.5 0.3 0.16", "Ks": "0.3 0.3 0.3", "Ns": "60", "illum": "2"},
+        "pane": {"Kd": "0.8 0.9 0.9", "Ks": "0.5 0.5 0.5", "Ni": "1.5", "d": "0.1", "illum": "4"},
+        "terracotta": {"Kd": "0.62 0.27 0.16"},
+        "leaves": {"map_Kd": "porch-leaf.png"},
+        "stone": {"Kd": "1 1 1"},
+    })
+
+    def flagstones(x, y):
+        """Two courses of stones with round edges, as directions."""
+        def height(x, y):
+            row = int(y // 64) % 2
+            u, v = (x + 32 * row) % 64, y % 64
+            edge = min(u, 64 - u, v, 64 - v)
+            return 6 * min(edge / 6, 1) ** 0.5 + 0.7 * math.sin(x * 0.39) * math.sin(y * 0.49)
+
+        slope = (height(x + 1, y) - height(x - 1, y)) / 2, (height(x, y - 1) - height(x, y + 1)) / 2
+        n = (-slope[0], -slope[1], 1)
+        length = math.sqrt(sum(c * c for c in n))
+        return tuple(round(127.5 + 127.5 * c / length) for c in n)
+
+    def leaf(x, y):
+        u, v = (x - 63.5) / 63.5, (y - 63.5) / 63.5
+        inside = abs(u) < 0.7 * (1 - v * v) and abs(v) < 0.97
+        vein = abs(u) < 0.05 or abs(abs(u) - 0.8 * ((v + 3) % 0.25)) < 0.02
+        return (*((150, 180, 90) if vein else (70, 125, 45)), 255 if inside else 0)
+
+    write_png(HERE / "porch-flagstones.png", 128, 128, flagstones)
+    write_png(HERE / "porch-leaf.png", 128, 128, leaf)
+
+
 def lamps(folder):
     """A hall of 60 x 60 m with blocks and 5,000 small square lamps of different power under its ceiling."""
     o = Obj("lamps", "A hall with 10,000 emitting triangles, to measure how lights are chosen.")
@@ -369,5 +282,5 @@ if sys.argv[1:2] == ["large"]:
 elif sys.argv[1:2] == ["lamps"]:
     lamps(sys.argv[2])
 else:
-    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace, still):
+    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace, still, porch):
         scene()
