@@ -312,7 +312,7 @@ fn remarks_are_made_once() {
     };
     let settings = SceneSettings {
         size: (4, 4),
-        environment: Some(Vec3::ONE.into()),
+        environment: Vec3::ONE.into(),
         roughness_threshold: 0.01,
         ..Default::default()
     };
@@ -648,6 +648,7 @@ fn repaired(toml: &str) -> Result<(Vec<MtlMaterial>, usize), String> {
     }
     let mut warnings = Warnings::new(false);
     let options = gdpt::load::obj::Options {
+        textures: None,
         repairs: gdpt::load::sidecar::load(&path)
             .map_err(|e| e.to_string())?
             .repairs,

@@ -303,8 +303,7 @@ fn wavefront() {
             area: 3.0 * 2.0 + 3f64.sqrt() / 4.0 * 8.0 + 14.0 + 16.0 + 8.0,
             bounds: [[-2.0, -1.0, -2.0], [2.0, 5.0, 2.0]],
             warnings: &[
-                "wavefront.mtl:2: Ka spectral is not supported and ignored",
-                "wavefront.mtl:12: Ks xyz is not supported and ignored",
+                "wavefront.mtl:12: statements that are unknown are left out: Ks xyz",
                 "wavefront.obj:44: 1 faces without area are left out",
                 "wavefront.obj:53: 1 normals are zero or not finite; their triangles use the geometric \
                  normal",

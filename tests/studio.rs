@@ -72,7 +72,7 @@ fn seen_from(origin: Vec3, up: Vec3) -> SceneSettings {
         camera: CameraTable {
             origin: Some(origin.to_array()),
             target: Some([0.0; 3]),
-            up: Some(up.to_array()),
+            up: Some(up.to_array().into()),
             ..Default::default()
         },
         size: (48, 36),

@@ -32,6 +32,22 @@ fn folder(mtl: &str) -> TempDir {
     folder
 }
 
+/// A DDS file without compression: blue, green, red, alpha.
+fn dds(picture: &RgbImage) -> Vec<u8> {
+    let (width, height) = picture.dimensions();
+    let mut words = [0u32; 32];
+    words[0] = u32::from_le_bytes(*b"DDS ");
+    // Size of the header; what of it is given; height, width, bytes of a row.
+    words[1..6].copy_from_slice(&[124, 0x100f, height, width, 4 * width]);
+    // Size of the format, what of it is given, bits of a pixel, masks of the channels.
+    words[19..21].copy_from_slice(&[32, 0x41]);
+    words[22..27].copy_from_slice(&[32, 0xff_0000, 0xff00, 0xff, 0xff00_0000]);
+    words[27] = 0x1000;
+    let pixels = picture.pixels().map(|p| [p.0[2], p.0[1], p.0[0], 255]);
+    let head = words.iter().flat_map(|w| w.to_le_bytes());
+    head.chain(pixels.flatten()).collect()
+}
+
 /// Colours of 5 x 3 pixels.
 fn colour(x: u32, y: u32) -> [u8; 3] {
     [40 * x as u8 + 20, 80 * y as u8 + 10, 200 - 30 * x as u8]
@@ -42,7 +58,10 @@ fn pictures_of_every_kind_are_read() {
     let folder = TempDir::new().unwrap();
     let bytes = RgbImage::from_fn(5, 3, |x, y| Rgb(colour(x, y)));
     let floats = Rgb32FImage::from_fn(5, 3, |x, y| Rgb(colour(x, y).map(|b| f32::from(b) / 64.0)));
-    for name in ["a.png", "a.TGA", "a.bmp", "a.jpg", "a.hdr", "a.exr"] {
+    for name in [
+        "a.png", "a.TGA", "a.bmp", "a.jpg", "a.gif", "a.webp", "a.tiff", "a.ppm", "a.dds", "a.hdr",
+        "a.exr",
+    ] {
         let path = folder.path().join(name);
         let (tolerance, scale) = match name {
             "a.hdr" => {
@@ -60,11 +79,28 @@ fn pictures_of_every_kind_are_read() {
                 exr::prelude::write_rgb_file(&path, 5, 3, value).unwrap();
                 (1e-3, 64.0)
             }
+            "a.dds" => {
+                std::fs::write(&path, dds(&bytes)).unwrap();
+                (0.0, 255.0)
+            }
             _ => {
                 bytes.save(&path).unwrap();
-                (if name == "a.jpg" { 0.35 } else { 0.0 }, 255.0)
+                let tolerance = match name {
+                    "a.jpg" => 0.35,
+                    // Colours of a palette.
+                    "a.gif" => 0.02,
+                    _ => 0.0,
+                };
+                (tolerance, 255.0)
             }
         };
+        // What a file holds says what it is.
+        let misnamed = folder.path().join("misnamed.png");
+        std::fs::copy(&path, &misnamed).unwrap();
+        assert_eq!(
+            bitmap::load(&misnamed).unwrap(),
+            bitmap::load(&path).unwrap()
+        );
         let read = bitmap::load(&path).unwrap();
         assert_eq!(
             (read.width, read.height, read.has_alpha),
@@ -87,6 +123,14 @@ fn pictures_of_every_kind_are_read() {
             );
         }
     }
+    // As other programs begin Radiance files.
+    let radiance = std::fs::read(folder.path().join("a.hdr")).unwrap();
+    let rest = radiance.strip_prefix(b"#?RADIANCE").unwrap();
+    let path = folder.path().join("rgbe.hdr");
+    std::fs::write(&path, [b"#?RGBE", rest].concat()).unwrap();
+    let plain = bitmap::load(&folder.path().join("a.hdr")).unwrap();
+    assert_eq!(bitmap::load(&path).unwrap(), plain);
+
     std::fs::write(folder.path().join("b.png"), b"no picture").unwrap();
     let message = bitmap::load(&folder.path().join("b.png"))
         .unwrap_err()
@@ -114,11 +158,22 @@ fn a_missing_texture_is_named_with_its_path_and_grey() {
     let output = render(&[]);
     assert!(output.status.success());
     let text = String::from_utf8(output.stderr).unwrap();
-    let path = folder.path().join("maps/none.png");
-    assert!(
-        text.contains(path.to_str().unwrap()) && text.contains("a.mtl:2"),
-        "{text}"
-    );
+    let path = folder.path().canonicalize().unwrap();
+    for word in [
+        path.to_str().unwrap(),
+        "maps\\none.png",
+        "a.mtl:2",
+        "--textures",
+    ] {
+        assert!(text.contains(word), "no {word} in: {text}");
+    }
+    assert!(!render(&["--textures", "nowhere"]).status.success());
+    let more = TempDir::new().unwrap();
+    RgbImage::new(1, 1)
+        .save(more.path().join("None.png"))
+        .unwrap();
+    let output = render(&["--strict", "--textures", more.path().to_str().unwrap()]);
+    assert!(output.status.success());
     assert!(!render(&["--strict"]).status.success());
     let mut warnings = Warnings::new(false);
     let file = obj::load(&scene, &mut warnings).unwrap();
@@ -423,9 +478,9 @@ fn relief_turns_normals() {
     let flat = RgbImage::from_pixel(8, 8, Rgb([77; 3]));
     let plain = render(flat.clone(), "");
     assert_eq!(render(flat, "map_Bump -bm 3 a.png"), plain);
-    // Higher to the right: normals lean to the left, by the slope of 1 · 0.5.
+    // Higher to the right: normals lean to the left, by the slope of 1/255 a texel times 127.5.
     let ramp = RgbImage::from_fn(256, 1, |x, _| Rgb([x as u8; 3]));
-    let leaning = render(ramp, "map_Bump -bm 0.5 a.png");
+    let leaning = render(ramp, "map_Bump -bm 127.5 a.png");
     let wanted = Vec3::new(-0.5, 1.0, 0.0).normalize();
     assert!(
         (leaning[8 * 4 + 4] - wanted).length() < 0.01,
@@ -439,6 +494,98 @@ fn relief_turns_normals() {
     assert!((turned[36] - wanted).length() < 0.02, "{}", turned[36]);
     let away = RgbImage::from_pixel(4, 4, Rgb([128, 128, 0]));
     assert_eq!(render(away, "norm a.png"), plain);
+
+    // The picture says what it is, whatever the key.
+    let normals = RgbImage::from_fn(8, 8, |x, _| Rgb([128, if x < 4 { 218 } else { 37 }, 218]));
+    let by_norm = render(normals.clone(), "norm a.png");
+    assert_ne!(by_norm, plain);
+    assert_eq!(
+        render(normals.clone(), "map_Bump -bm 1.000000 a.png"),
+        by_norm
+    );
+    assert_eq!(render(normals.clone(), "bump a.png"), by_norm);
+    // Half the slope.
+    let weaker = render(normals, "map_Bump -bm 0.5 a.png");
+    let wanted = Vec3::new(0.0, 1.0, -0.5).normalize();
+    assert!((weaker[33] - wanted).length() < 0.02, "{}", weaker[33]);
+    let heights = RgbImage::from_fn(8, 8, |x, _| Rgb([(30 * x) as u8; 3]));
+    assert_eq!(
+        render(heights.clone(), "norm a.png"),
+        render(heights, "map_Bump a.png")
+    );
+}
+
+/// Highlights are wide where the factor on the exponent is small; `Pr` has the last word.
+#[test]
+fn exponents_by_texture() {
+    let alphas = |mtl: &str| {
+        let folder = folder(mtl);
+        let picture = RgbImage::from_fn(2, 1, |x, _| Rgb([if x == 0 { 0 } else { 255 }; 3]));
+        picture.save(folder.path().join("a.png")).unwrap();
+        let scene = scene_of_file(&folder.path().join("a.obj"), 4, 4);
+        let material = &scene.materials[0];
+        let textures = material.textures.as_ref()?;
+        let alpha = |u: f32| {
+            let uv = Vec2::new(u, 0.5);
+            textures.texel(&material.bsdf, &material.texel, uv).alpha
+        };
+        Some([alpha(0.25), alpha(0.75)])
+    };
+    let plastic = "newmtl m\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nillum 2\n";
+    let [wide, narrow] = alphas(&format!("{plastic}Ns 198\nmap_Ns a.png\n")).unwrap();
+    assert!((wide - 1.0).abs() < 1e-6 && (narrow - 0.1).abs() < 1e-6);
+    let [wide, narrow] = alphas(&format!("{plastic}map_Ns a.png\n")).unwrap();
+    assert!((wide - 1.0).abs() < 1e-6 && (narrow - 0.01).abs() < 1e-6);
+    assert_eq!(
+        alphas(&format!("{plastic}Ns 9\nPr 0.5\nmap_Ns a.png\n")),
+        None
+    );
+    assert_eq!(alphas("newmtl m\nillum 7\nNs 9\nmap_Ns a.png\n"), None);
+}
+
+/// Alpha of the colour cuts out where it is made for that, in files of 8 and 16 bits and in EXR.
+#[test]
+fn alpha_of_colours_cuts_leaves_out() {
+    let has_holes = |mtl: &str, file: &str, alpha: &dyn Fn(u32) -> f32| {
+        let folder = folder(mtl);
+        let path = folder.path().join(file);
+        let row: Vec<f32> = (0..16).map(alpha).collect();
+        let pixel = |x: u32| [0.2, 0.8, 0.1, row[x as usize]];
+        match file {
+            "a.exr" => {
+                let pixel = |x: usize, _: usize| {
+                    let [r, g, b, a] = pixel(x as u32);
+                    (r, g, b, a)
+                };
+                exr::prelude::write_rgba_file(&path, 16, 16, pixel).unwrap();
+            }
+            "a.tiff" => {
+                let wide = |x: u32, _: u32| Rgba(pixel(x).map(|v| (v * 65535.0) as u16));
+                let picture = image::ImageBuffer::<Rgba<u16>, Vec<u16>>::from_fn(16, 16, wide);
+                picture.save(&path).unwrap();
+            }
+            _ => {
+                let bytes = |x: u32, _: u32| Rgba(pixel(x).map(|v| (v * 255.0) as u8));
+                RgbaImage::from_fn(16, 16, bytes).save(&path).unwrap();
+            }
+        }
+        let scene = scene_of_file(&folder.path().join("a.obj"), 8, 8);
+        scene.mesh.cutouts.is_some()
+    };
+    let leaf = |x: u32| if x < 8 { 0.0 } else { 1.0 };
+    let gloss = |x: u32| x as f32 / 15.0;
+    for file in ["a.png", "a.tiff", "a.exr"] {
+        let colour = format!("newmtl m\nmap_Kd {file}\n");
+        assert!(has_holes(&colour, file, &leaf), "{file}");
+        assert!(!has_holes(&colour, file, &gloss), "{file}");
+        assert!(!has_holes(&colour, file, &|_| 1.0), "{file}");
+        // As pictures without alpha look to programs that read four channels.
+        assert!(!has_holes(&colour, file, &|_| 0.0), "{file}");
+        // What is named as opacity is.
+        let both = format!("{colour}map_d {file}\n");
+        assert!(has_holes(&both, file, &gloss), "{file}");
+        assert!(!has_holes(&both, file, &|_| 1.0), "{file}");
+    }
 }
 
 #[test]

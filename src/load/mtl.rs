@@ -111,7 +111,6 @@ const KEYS: [(&str, Values); 30] = [
     ("map_Ke", Values::Map),
     ("map_Ns", Values::Map),
     ("map_Pr", Values::Map),
-    ("map_Pm", Values::Map),
     ("map_d", Values::Map),
     ("map_Bump", Values::Map),
     ("map_bump", Values::Map),
@@ -121,6 +120,8 @@ const KEYS: [(&str, Values); 30] = [
     ("Ka", Values::Unused),
     ("map_Ka", Values::Unused),
     ("sharpness", Values::Unused),
+    // Roughness of a clear coat, which Blender writes where there is none.
+    ("Pcr", Values::Unused),
     // Sheen, clear coat and anisotropy.
     ("Ps", Values::UnusedIfZero),
     ("Pc", Values::UnusedIfZero),

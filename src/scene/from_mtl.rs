@@ -6,7 +6,7 @@ use super::passage::{FAINT, Passage, passage};
 use super::ranges;
 use super::remarks::{Kind, Remarks};
 use super::texture::{Meaning, Texture};
-use super::textured::{Relief, Textures};
+use super::textured::{MIRROR_EXPONENT, Relief, Roughness, Textures, phong_alpha};
 use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::SAME_INDEX;
 use crate::bsdf::plastic::{self, Coat};
@@ -15,8 +15,6 @@ use glam::Vec3;
 
 /// Diffuse reflectance of what has no `Kd`.
 const GREY: f32 = 0.5;
-/// Phong exponents from here up are perfect mirrors.
-const MIRROR_EXPONENT: f32 = 1000.0;
 /// Refractive index of a coat of which none is given.
 const COAT_INDEX: f32 = 1.5;
 /// Phong exponent of a surface with `Ks` and without `Ns`.
@@ -54,7 +52,7 @@ impl Material {
         let textures = Textures {
             colour: colour_map,
             specular: maps.ks.filter(|_| matches!(bsdf, Bsdf::Plastic { .. })),
-            roughness: maps.pr.filter(|_| bsdf.texel().alpha > 0.0),
+            roughness: maps.roughness.filter(|_| bsdf.texel().alpha > 0.0),
             emission: maps.ke,
             relief: maps.relief,
             roughness_threshold,
@@ -76,7 +74,8 @@ struct Maps {
     kd: Option<Texture>,
     ks: Option<Texture>,
     ke: Option<Texture>,
-    pr: Option<Texture>,
+    /// Of `map_Pr`, or of `map_Ns` where there is no word of `Pr`.
+    roughness: Option<Roughness>,
     relief: Option<Relief>,
 }
 
@@ -87,7 +86,11 @@ impl Maps {
             kd: texture("map_kd", Meaning::Colour),
             ks: texture("map_ks", Meaning::Colour),
             ke: texture("map_ke", Meaning::Colour),
-            pr: texture("map_pr", Meaning::Data),
+            roughness: match pr_alpha(m) {
+                Some(_) => texture("map_pr", Meaning::Data).map(Roughness::Pr),
+                None => texture("map_ns", Meaning::Data)
+                    .map(|map| Roughness::Ns(map, m.ns.unwrap_or(MIRROR_EXPONENT))),
+            },
             relief: Relief::of(m),
         }
     }
@@ -168,7 +171,8 @@ impl Reading<'_> {
     fn scattering(&mut self) -> Scattering {
         let (m, maps, colours) = (self.m, self.maps, &self.colours);
         let metallic = m.pm.unwrap_or(0.0);
-        let textured = maps.pr.is_some();
+        // Phong exponents are those of highlights.
+        let textured = matches!(maps.roughness, Some(Roughness::Pr(_)));
         if metallic >= 1.0 {
             let map = if colours.metal_is_kd(m) {
                 &maps.kd
@@ -230,8 +234,9 @@ impl Reading<'_> {
         let (m, maps) = (self.m, self.maps);
         let Colours { kd, ks, .. } = self.colours;
         let alpha = alpha(m, MIRROR_EXPONENT);
-        let metal =
-            |f0, map: &Option<Texture>| (conductor(f0, alpha, maps.pr.is_some()), map.clone());
+        let metal = |f0, map: &Option<Texture>| {
+            (conductor(f0, alpha, maps.roughness.is_some()), map.clone())
+        };
         let shaded = maps.kd.is_some() || (m.kd.is_some() && kd.max_element() > FAINT);
         if !shaded {
             return Some(metal(ks, &maps.ks));
@@ -266,14 +271,7 @@ fn pr_alpha(m: &MtlMaterial) -> Option<f32> {
 
 /// GGX roughness by `Pr`, or else by the Phong exponent `Ns`, which is `exponent` if absent.
 fn alpha(m: &MtlMaterial, exponent: f32) -> f32 {
-    pr_alpha(m).unwrap_or_else(|| {
-        let ns = m.ns.unwrap_or(exponent);
-        if ns >= MIRROR_EXPONENT {
-            0.0
-        } else {
-            (2.0 / (ns + 2.0)).sqrt()
-        }
-    })
+    pr_alpha(m).unwrap_or_else(|| phong_alpha(m.ns.unwrap_or(exponent)))
 }
 
 /// GGX roughness of a coat, 0 for a smooth one.
@@ -300,7 +298,7 @@ fn mirror_coat(m: &MtlMaterial, colours: &Colours, maps: &Maps) -> Coat {
         } else {
             colours.ks / f0
         },
-        alpha: coat_alpha(alpha(m, MIRROR_EXPONENT), maps.pr.is_some()),
+        alpha: coat_alpha(alpha(m, MIRROR_EXPONENT), maps.roughness.is_some()),
         ..Coat::NONE
     }
 }
@@ -321,7 +319,7 @@ fn coat(m: &MtlMaterial, colours: &Colours, maps: &Maps) -> Coat {
             None => colours.metal(m),
         },
         metal_is_albedo: colours.metal_is_kd(m),
-        alpha: coat_alpha(alpha(m, DULL_EXPONENT), maps.pr.is_some()),
+        alpha: coat_alpha(alpha(m, DULL_EXPONENT), maps.roughness.is_some()),
         ..Coat::NONE
     }
 }

@@ -15,14 +15,50 @@ pub struct Textures {
     pub colour: Option<Texture>,
     /// Factor on the reflectance of plastic's coat.
     pub specular: Option<Texture>,
-    /// Roughness `Pr`, whose square is the GGX alpha.
-    pub roughness: Option<Texture>,
+    /// For the GGX alpha.
+    pub roughness: Option<Roughness>,
     /// Factor on the emitted radiance.
     pub emission: Option<Texture>,
     /// What turns the shading normal.
     pub relief: Option<Relief>,
     /// Points at most this rough are of class specular.
     pub roughness_threshold: f32,
+}
+
+/// What gives the GGX alpha.
+#[derive(Clone, Debug)]
+pub enum Roughness {
+    /// Roughness `Pr`, whose square it is.
+    Pr(Texture),
+    /// A factor on this Phong exponent `Ns`.
+    Ns(Texture, f32),
+}
+
+/// Phong exponents from here up are perfect mirrors.
+pub(super) const MIRROR_EXPONENT: f32 = 1000.0;
+
+/// The GGX alpha of a Phong exponent, not negative.
+pub(super) fn phong_alpha(exponent: f32) -> f32 {
+    if exponent >= MIRROR_EXPONENT {
+        0.0
+    } else {
+        (2.0 / (exponent + 2.0)).sqrt()
+    }
+}
+
+impl Roughness {
+    fn alpha(&self, uv: Vec2) -> f32 {
+        match self {
+            Roughness::Pr(map) => map.value(uv).clamp(0.0, 1.0).powi(2),
+            Roughness::Ns(map, exponent) => phong_alpha(exponent * map.value(uv).max(0.0)),
+        }
+    }
+
+    fn texture(&self) -> &Texture {
+        match self {
+            Roughness::Pr(map) | Roughness::Ns(map, _) => map,
+        }
+    }
 }
 
 /// What turns the shading normal.
@@ -76,7 +112,7 @@ impl Textures {
         [
             map("colour", &self.colour),
             map("specular", &self.specular),
-            map("roughness", &self.roughness),
+            self.roughness.as_ref().map(|r| ("roughness", r.texture())),
             map("emission", &self.emission),
             relief,
         ]
@@ -94,12 +130,12 @@ impl Textures {
         if let Some(map) = &self.specular {
             texel.specular = (2.0 * map.value(uv)).clamp(0.0, 1.0);
         }
-        if let Some(map) = &self.roughness {
+        if let Some(roughness) = &self.roughness {
             let smoothest = match bsdf {
                 Bsdf::Plastic { .. } => plastic::SMOOTHEST,
                 _ => SMOOTHEST_ALPHA,
             };
-            texel.alpha = map.value(uv).clamp(0.0, 1.0).powi(2).max(smoothest);
+            texel.alpha = roughness.alpha(uv).max(smoothest);
         }
         texel
     }

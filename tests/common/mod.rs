@@ -32,6 +32,7 @@ pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
     let mut warnings = Warnings::new(true);
     let toml = sidecar::load(path).unwrap();
     let options = obj::Options {
+        textures: None,
         repairs: toml.repairs.clone(),
     };
     let file = obj::load_with(path, &options, &mut warnings).unwrap();

@@ -21,7 +21,7 @@ fn build(body: Body, material: MtlMaterial, camera: CameraTable, size: (u32, u32
     let settings = SceneSettings {
         camera,
         size,
-        environment: Some(Vec3::ONE.into()),
+        environment: Vec3::ONE.into(),
         roughness_threshold: 0.01,
     };
     let path = Path::new("test.obj");
@@ -262,7 +262,7 @@ fn contradictions_and_impossible_sides_are_refused() {
         let settings = SceneSettings {
             camera,
             size: (8, 8),
-            environment: None,
+            environment: Default::default(),
             roughness_threshold: 0.01,
         };
         let path = Path::new("test.obj");

@@ -28,7 +28,7 @@ fn scene(parts: Vec<(Body, MtlMaterial)>, camera: CameraTable) -> Scene {
     let settings = SceneSettings {
         camera,
         size: (96, 64),
-        environment: Some(if lamps { Vec3::ZERO } else { Vec3::ONE }.into()),
+        environment: if lamps { Vec3::ZERO } else { Vec3::ONE }.into(),
         roughness_threshold: 0.01,
     };
     let path = Path::new("test.obj");
