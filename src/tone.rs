@@ -31,8 +31,14 @@ impl Tone {
     /// What a display shows for linear sRGB light: linear too, from 0 to 1. What is below 0 or no number is
     /// black.
     pub fn apply(self, light: Vec3) -> Vec3 {
-        // In this order what is no number becomes 0.
-        let light = light.to_array().map(|x| x.max(0.0).min(BRIGHTEST));
+        let shown = |x: f32| {
+            if x.is_nan() {
+                0.0
+            } else {
+                x.clamp(0.0, BRIGHTEST)
+            }
+        };
+        let light = light.to_array().map(shown);
         let shown = match self {
             Tone::Srgb => light.into(),
             Tone::Neutral => neutral(light.into()),
@@ -78,7 +84,7 @@ fn agx(light: Vec3) -> Vec3 {
         0.078_433_6, //
         0.079_223_745,
         0.079_166_13,
-        0.879_142_97,
+        0.879_143,
     ]);
     const OUTSET: Mat3 = Mat3::from_cols_array(&[
         1.196_879,
@@ -87,7 +93,7 @@ fn agx(light: Vec3) -> Vec3 {
         -0.098_020_88,
         1.151_903_1,
         -0.098_043_45, //
-        -0.099_029_744,
+        -0.099_029_74,
         -0.098_961_18,
         1.151_073_7,
     ]);

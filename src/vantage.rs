@@ -121,7 +121,7 @@ enum Value {
 
 impl Value {
     fn of(scene: &Scene) -> Self {
-        if scene.environment.is_black() && scene.lights.len() > 0 {
+        if scene.environment.is_black() && !scene.lights.is_empty() {
             Value::Lit
         } else {
             Value::Front

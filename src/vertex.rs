@@ -7,7 +7,7 @@ use crate::lanes::Vector;
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::SHALLOWEST;
-use crate::scene::textured::Textures;
+use crate::scene::textured::{Place, Textures};
 use crate::trace::rays::{Hit, Ray};
 use glam::Vec3;
 
@@ -127,7 +127,13 @@ fn textured(
     (ng, ns): (Vec3, Vec3),
 ) -> (Texel, Vec3) {
     let uv = scene.mesh.texcoord(hit.triangle, hit.u, hit.v);
-    let texel = textures.texel(&material.bsdf, &material.texel, uv);
+    let place = Place {
+        mesh: &scene.mesh,
+        triangle: hit.triangle,
+        barycentric: [hit.u, hit.v],
+        uv,
+    };
+    let texel = textures.texel(&material.bsdf, &material.texel, place);
     let turned = match (&textures.relief, scene.mesh.tangents(hit.triangle)) {
         (Some(relief), Some(tangents)) => relief.turn(ns, tangents, uv),
         _ => ns,

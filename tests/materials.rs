@@ -29,7 +29,7 @@ fn parse(statements: &str) -> MtlMaterial {
 /// The material that MTL statements, separated by semicolons, make, and what is said about it.
 fn read(statements: &str) -> (Material, Vec<String>) {
     let (mut remarks, mut warnings) = (Remarks::default(), Warnings::new(false));
-    let material = Material::from_mtl(&parse(statements), 0.1, &mut remarks);
+    let material = Material::from_mtl(&parse(statements), None, 0.1, &mut remarks);
     remarks.report(Path::new("x.obj"), &mut warnings).unwrap();
     (material, warnings.list().to_vec())
 }

@@ -12,6 +12,7 @@ use gdpt::load::obj;
 use gdpt::render::Method;
 use gdpt::scene::environment::{Axes, EnvironmentMap};
 use gdpt::scene::texture::Texture;
+use gdpt::scene::textured::Place;
 use gdpt::trace::Backend;
 use glam::{Vec2, Vec3};
 use image::{Rgb, Rgb32FImage, RgbImage, Rgba, RgbaImage};
@@ -169,7 +170,7 @@ fn a_missing_texture_is_named_with_its_path_and_grey() {
     }
     assert!(!render(&["--textures", "nowhere"]).status.success());
     let more = TempDir::new().unwrap();
-    RgbImage::new(1, 1)
+    RgbImage::from_pixel(1, 1, Rgb([99; 3]))
         .save(more.path().join("None.png"))
         .unwrap();
     let output = render(&["--strict", "--textures", more.path().to_str().unwrap()]);
@@ -527,7 +528,13 @@ fn exponents_by_texture() {
         let textures = material.textures.as_ref()?;
         let alpha = |u: f32| {
             let uv = Vec2::new(u, 0.5);
-            textures.texel(&material.bsdf, &material.texel, uv).alpha
+            let place = Place {
+                mesh: &scene.mesh,
+                triangle: 0,
+                barycentric: [0.0; 2],
+                uv,
+            };
+            textures.texel(&material.bsdf, &material.texel, place).alpha
         };
         Some([alpha(0.25), alpha(0.75)])
     };

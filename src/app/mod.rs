@@ -122,6 +122,12 @@ pub const ROUGHNESS_THRESHOLD: f32 = 0.01;
 /// Reads the OBJ and the TOML beside it.
 fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
     let toml = sidecar::load(path)?;
+    if let Some(folder) = flags.reading.textures.as_deref().filter(|f| !f.is_dir()) {
+        return Err(Error::Setting(format!(
+            "--textures {}: there is no such folder",
+            folder.display()
+        )));
+    }
     let options = obj::Options {
         textures: flags.reading.textures,
         repairs: toml.repairs.clone(),

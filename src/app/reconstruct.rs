@@ -265,8 +265,10 @@ fn background(file: &ExrFile, path: &Path) -> Result<Background> {
 fn coverage(file: &ExrFile, path: &Path, background: Background) -> Result<Vec<f32>> {
     let name = coverage_channel(background);
     match file.channels.get(name) {
-        // What is no number becomes 0.
-        Some(channel) => Ok(channel.iter().map(|c| c.max(0.0).min(1.0)).collect()),
+        Some(channel) => {
+            let share = |&c: &f32| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) };
+            Ok(channel.iter().map(share).collect())
+        }
         None if background == Background::Environment => Ok(vec![1.0; file.size.0 * file.size.1]),
         None => {
             let message = format!("has the background {background}, but no channel {name}");

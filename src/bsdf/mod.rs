@@ -92,6 +92,8 @@ pub struct Texel {
     pub alpha: f32,
     /// Factor on the reflectance of plastic's coat.
     pub specular: f32,
+    /// Share of plastic that is metal.
+    pub metallic: f32,
 }
 
 /// The side to which light is scattered.
@@ -231,6 +233,10 @@ impl Bsdf {
             colour: self.colour(),
             alpha,
             specular: 1.0,
+            metallic: match self {
+                Bsdf::Plastic { coat, .. } => coat.metallic,
+                _ => 0.0,
+            },
         }
     }
 
@@ -241,6 +247,7 @@ impl Bsdf {
             colour,
             alpha,
             specular,
+            metallic,
         } = *texel;
         match *self {
             Bsdf::Lambert { .. } => Bsdf::Lambert { albedo: colour },
@@ -261,6 +268,7 @@ impl Bsdf {
             Bsdf::Plastic { mut coat, .. } => {
                 coat.alpha = alpha;
                 coat.tint *= specular;
+                coat.metallic = metallic;
                 if coat.metal_is_albedo {
                     coat.metal = colour;
                 }

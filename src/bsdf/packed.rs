@@ -98,6 +98,8 @@ pub struct Texels<F> {
     pub alpha: F,
     /// Factor on the reflectance of plastic's coat.
     pub specular: F,
+    /// Share of plastic that is metal.
+    pub metallic: F,
 }
 
 /// BSDFs in lanes.
@@ -296,6 +298,7 @@ mod tests {
                 colour: Vector::from_lanes(|lane| bsdfs[lane].texel().colour),
                 alpha: f32x8::from_lanes(|lane| bsdfs[lane].texel().alpha),
                 specular: f32x8::from_lanes(|lane| bsdfs[lane].texel().specular),
+                metallic: f32x8::from_lanes(|lane| bsdfs[lane].texel().metallic),
             },
         }
     }

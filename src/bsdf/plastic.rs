@@ -24,7 +24,7 @@ pub struct Coat {
     pub f0: f32,
     /// Factor on the dielectric's reflectance.
     pub tint: Vec3,
-    /// Share of the surface that is metal, in [0, 1).
+    /// Share of the surface that is metal, in [0, 1].
     pub metallic: f32,
     /// The metal's reflectance at normal incidence.
     pub metal: Vec3,
@@ -112,6 +112,7 @@ impl<F: Float> Coats<F> {
             tint: self.tint * texels.specular,
             metal: Vector::select(positive(is_albedo), texels.colour, self.metal),
             alpha: texels.alpha,
+            metallic: texels.metallic,
             ..self
         }
     }

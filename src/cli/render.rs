@@ -44,7 +44,7 @@ Examples:
   gdpt render scene.obj --view left --zoom 1.5         all of it from the left, larger
   gdpt render scene.obj -o out.jpg --up z --environment sky.hdr
   gdpt render scene.obj -o out.png --environment sky --sun 60,25 --background transparent
-  gdpt render a.obj b.obj -o pictures/ --time 1m       a picture of each, a minute for each
+  gdpt render a.obj b.obj.gz -o pictures/ --time 1m    a picture of each, a minute for each
   gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
   gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
   gdpt render scene.obj --pixel 12,40 --sample 7       tell how this sample comes about

@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn files_are_known_by_how_they_begin() {
-        let mut stl = vec![0; 84 + 50];
+        let mut stl = [0; 84 + 50];
         stl[80] = 1;
         let beginnings: &[(&[u8], &str)] = &[
             (&stl[..], "STL"),

@@ -93,7 +93,7 @@ pub(super) enum Values {
 }
 
 /// The keys as the format and the programs that extended it write them.
-const KEYS: [(&str, Values); 30] = [
+const KEYS: [(&str, Values); 31] = [
     ("newmtl", Values::Name),
     ("Kd", Values::Colour),
     ("Ks", Values::Colour),
@@ -111,6 +111,7 @@ const KEYS: [(&str, Values); 30] = [
     ("map_Ke", Values::Map),
     ("map_Ns", Values::Map),
     ("map_Pr", Values::Map),
+    ("map_Pm", Values::Map),
     ("map_d", Values::Map),
     ("map_Bump", Values::Map),
     ("map_bump", Values::Map),

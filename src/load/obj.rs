@@ -35,7 +35,8 @@ pub struct ObjFile {
     /// Texture coordinates of each triangle's corners, into `texcoords`, or [`NONE`]; empty where no
     /// material has a texture.
     pub texcoord_triangles: Vec<[u32; 3]>,
-    /// Colours of vertices as written, NaN where one has none; empty where no vertex has any.
+    /// Colours of vertices as written, sRGB of 0 to 1 or of 0 to 255, NaN where one has none; empty where no vertex
+    /// has any.
     pub colours: Vec<Vec3>,
     /// Smoothing group of each triangle without normals, 0 for none; empty where all are 0.
     pub smoothing_of: Vec<u32>,

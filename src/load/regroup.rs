@@ -320,7 +320,7 @@ impl<R: BufRead> Regroup<R> {
         let _ = write!(out, "v {} {} {}", p[0], p[1], p[2]);
         let colour = match &self.colours {
             _ if self.vertex_numbers == 3 => None,
-            Colours::Given(colours) => colours.get(index).map(|c| c.map(f32::from)),
+            Colours::Given(colours) => colours.get(index).map(|c| c.map(|b| f32::from(b) / 255.0)),
             _ => written,
         };
         if self.vertex_numbers != 3 {
@@ -464,6 +464,9 @@ mod tests {
         let given = Colours::Given(vec![[16, 32, 48], [0, 0, 1]]);
         assert_eq!(reader.again, Some(given.clone()));
         let (out, _) = pass(brush, given, 99);
-        assert_eq!(out, "v 0 0 0 16 32 48\nv 1 0 0 0 0 1");
+        assert_eq!(
+            out,
+            "v 0 0 0 0.0627451 0.1254902 0.1882353\nv 1 0 0 0 0 0.003921569"
+        );
     }
 }

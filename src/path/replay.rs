@@ -132,7 +132,11 @@ impl Log {
         let alone = N == 0 || context.scene.camera.lens.is_some();
         let own = if alone { 0 } else { 4 };
         if let Some(Some(met)) = front.ends.get(own) {
-            self.say(0, format!("x1: the camera sees {}", end(scene, met)));
+            let met = match met {
+                End::Environment(_) if !scene.shows_environment() => "the background".to_owned(),
+                met => end(scene, met),
+            };
+            self.say(0, format!("x1: the camera sees {met}"));
         }
         for path in &front.paths {
             self.offsets(scene, &path.offsets, 1);

@@ -6,7 +6,7 @@ use super::passage::{FAINT, Passage, passage};
 use super::ranges;
 use super::remarks::{Kind, Remarks};
 use super::texture::{Meaning, Texture};
-use super::textured::{MIRROR_EXPONENT, Relief, Roughness, Textures, phong_alpha};
+use super::textured::{Colour, MIRROR_EXPONENT, Relief, Roughness, Textures, phong_alpha};
 use crate::bsdf::Bsdf;
 use crate::bsdf::fresnel::SAME_INDEX;
 use crate::bsdf::plastic::{self, Coat};
@@ -23,14 +23,20 @@ const DULL_EXPONENT: f32 = 10.0;
 const VISIBLE: f32 = 0.12;
 
 impl Material {
-    /// Interprets an MTL material, by the tables of the README.
-    pub fn from_mtl(m: &MtlMaterial, roughness_threshold: f32, remarks: &mut Remarks) -> Self {
+    /// Interprets an MTL material, by the tables of the README. Where the file has colours at its vertices,
+    /// `vertices` is their mean.
+    pub fn from_mtl(
+        m: &MtlMaterial,
+        vertices: Option<Vec3>,
+        roughness_threshold: f32,
+        remarks: &mut Remarks,
+    ) -> Self {
         let (m, changes) = ranges::clamped(m);
         if !changes.is_empty() {
             let what = format!("outside of its range, {}", changes.join(", "));
             remarks.add(Kind::Warning, &m.name, what);
         }
-        let maps = Maps::of(&m);
+        let maps = Maps::of(&m, vertices);
         let emission = emission(&m, &maps);
         // What a light scatters does not matter.
         let mut unheard = Remarks::default();
@@ -52,6 +58,9 @@ impl Material {
         let textures = Textures {
             colour: colour_map,
             specular: maps.ks.filter(|_| matches!(bsdf, Bsdf::Plastic { .. })),
+            metallic: maps
+                .metallic
+                .filter(|_| matches!(bsdf, Bsdf::Plastic { .. })),
             roughness: maps.roughness.filter(|_| bsdf.texel().alpha > 0.0),
             emission: maps.ke,
             relief: maps.relief,
@@ -71,21 +80,26 @@ impl Material {
 
 /// The textures that are there. They take the place of the plain values.
 struct Maps {
-    kd: Option<Texture>,
+    /// Of `map_Kd`, or of the vertices where there is none.
+    kd: Option<Colour>,
     ks: Option<Texture>,
     ke: Option<Texture>,
+    metallic: Option<Texture>,
     /// Of `map_Pr`, or of `map_Ns` where there is no word of `Pr`.
     roughness: Option<Roughness>,
     relief: Option<Relief>,
 }
 
 impl Maps {
-    fn of(m: &MtlMaterial) -> Self {
+    fn of(m: &MtlMaterial, vertices: Option<Vec3>) -> Self {
         let texture = |key: &str, meaning| m.map(key).and_then(|map| Texture::new(map, meaning));
         Self {
-            kd: texture("map_kd", Meaning::Colour),
+            kd: texture("map_kd", Meaning::Colour)
+                .map(Colour::Texture)
+                .or(vertices.map(|mean| Colour::Vertices { mean })),
             ks: texture("map_ks", Meaning::Colour),
             ke: texture("map_ke", Meaning::Colour),
+            metallic: texture("map_pm", Meaning::Data),
             roughness: match pr_alpha(m) {
                 Some(_) => texture("map_pr", Meaning::Data).map(Roughness::Pr),
                 None => texture("map_ns", Meaning::Data)
@@ -93,6 +107,11 @@ impl Maps {
             },
             relief: Relief::of(m),
         }
+    }
+
+    /// `map_Ks` as a colour.
+    fn ks_colour(&self) -> Option<Colour> {
+        self.ks.clone().map(Colour::Texture)
     }
 }
 
@@ -129,9 +148,11 @@ impl Colours {
         }
     }
 
-    /// Metals have the colour `Ks`; files that know of metals alone (`Pm`) may give it as `Kd`.
+    /// Metals have the colour `Ks`; files that know of metals alone (`Pm`) may give it as `Kd`, and where a texture
+    /// says which points are metal, it is that of the points.
     fn metal_is_kd(&self, m: &MtlMaterial) -> bool {
-        !self.ks_given && !self.ks_textured && m.pm.is_some()
+        let plain = !self.ks_given && !self.ks_textured && m.pm.is_some();
+        plain || m.map("map_pm").is_some()
     }
 
     fn metal(&self, m: &MtlMaterial) -> Vec3 {
@@ -156,8 +177,8 @@ fn emission(m: &MtlMaterial, maps: &Maps) -> Option<Vec3> {
     (emission != Vec3::ZERO).then_some(emission)
 }
 
-/// What scatters, and the texture of [`Bsdf::colour`].
-type Scattering = (Bsdf, Option<Texture>);
+/// What scatters, and what gives [`Bsdf::colour`].
+type Scattering = (Bsdf, Option<Colour>);
 
 /// An MTL material being read, and what there is to say about it.
 struct Reading<'a> {
@@ -170,17 +191,20 @@ struct Reading<'a> {
 impl Reading<'_> {
     fn scattering(&mut self) -> Scattering {
         let (m, maps, colours) = (self.m, self.maps, &self.colours);
-        let metallic = m.pm.unwrap_or(0.0);
+        let metallic = match &maps.metallic {
+            Some(map) => map.mean().x.clamp(0.0, 1.0),
+            None => m.pm.unwrap_or(0.0),
+        };
         // Phong exponents are those of highlights.
         let textured = matches!(maps.roughness, Some(Roughness::Pr(_)));
-        if metallic >= 1.0 {
+        if metallic >= 1.0 && maps.metallic.is_none() {
             let map = if colours.metal_is_kd(m) {
-                &maps.kd
+                maps.kd.clone()
             } else {
-                &maps.ks
+                maps.ks_colour()
             };
             let alpha = pr_alpha(m).unwrap_or(0.0);
-            return (conductor(colours.metal(m), alpha, textured), map.clone());
+            return (conductor(colours.metal(m), alpha, textured), map);
         }
         let (passage, remark) = passage(m);
         if let Some(remark) = remark {
@@ -207,10 +231,11 @@ impl Reading<'_> {
         let coat = if reflects {
             Some(mirror_coat(m, colours, maps))
         } else if metallic > 0.0
+            || maps.metallic.is_some()
             || (shines && m.illum.is_none_or(|illum| illum > 1))
             || (pr_alpha(m).is_some() && !colours.ks_given)
         {
-            Some(coat(m, colours, maps))
+            Some(coat(m, metallic, colours, maps))
         } else {
             (opacity < 1.0).then_some(Coat::NONE)
         };
@@ -234,12 +259,11 @@ impl Reading<'_> {
         let (m, maps) = (self.m, self.maps);
         let Colours { kd, ks, .. } = self.colours;
         let alpha = alpha(m, MIRROR_EXPONENT);
-        let metal = |f0, map: &Option<Texture>| {
-            (conductor(f0, alpha, maps.roughness.is_some()), map.clone())
-        };
-        let shaded = maps.kd.is_some() || (m.kd.is_some() && kd.max_element() > FAINT);
+        let metal = |f0, map| (conductor(f0, alpha, maps.roughness.is_some()), map);
+        let textured = matches!(maps.kd, Some(Colour::Texture(_)));
+        let shaded = textured || (m.kd.is_some() && kd.max_element() > FAINT);
         if !shaded {
-            return Some(metal(ks, &maps.ks));
+            return Some(metal(ks, maps.ks_colour()));
         }
         // Blender writes illum 3 for metals, whose colour is Kd, beside the default of its dielectric's Ks.
         let plain_half = ks == Vec3::splat(0.5) && maps.ks.is_none();
@@ -247,7 +271,7 @@ impl Reading<'_> {
             let what =
                 "illum 3 beside Ks 0.5 is taken as a metal of the colour Kd, as Blender writes it";
             self.remarks.add(Kind::Note, &m.name, what);
-            return Some(metal(kd, &maps.kd));
+            return Some(metal(kd, maps.kd.clone()));
         }
         let left = kd.max_element() * (1.0 - ks.max_element());
         if left > VISIBLE && maps.ks.is_none() {
@@ -256,7 +280,7 @@ impl Reading<'_> {
         let illum = m.illum.unwrap_or_default();
         let what = format!("Ks and illum {illum} make a mirror; Kd is left out");
         self.remarks.add(Kind::Warning, &m.name, what);
-        Some(metal(ks, &maps.ks))
+        Some(metal(ks, maps.ks_colour()))
     }
 }
 
@@ -304,7 +328,7 @@ fn mirror_coat(m: &MtlMaterial, colours: &Colours, maps: &Maps) -> Coat {
 }
 
 /// The coat of plastic.
-fn coat(m: &MtlMaterial, colours: &Colours, maps: &Maps) -> Coat {
+fn coat(m: &MtlMaterial, metallic: f32, colours: &Colours, maps: &Maps) -> Coat {
     Coat {
         f0: coat_f0(m.ni),
         // What modelling programs write for an ordinary dielectric is 0.5.
@@ -313,7 +337,7 @@ fn coat(m: &MtlMaterial, colours: &Colours, maps: &Maps) -> Coat {
         } else {
             (2.0 * colours.ks).min(Vec3::ONE)
         },
-        metallic: m.pm.unwrap_or(0.0),
+        metallic,
         metal: match &maps.ks {
             Some(map) => map.mean().clamp(Vec3::ZERO, Vec3::ONE),
             None => colours.metal(m),
@@ -355,10 +379,10 @@ fn glass(ior: f32, alpha: f32, tint: Vec3, textured: bool) -> Bsdf {
 }
 
 /// Probability of roulette to let a path go on, by what is scattered with a typical value of the texture.
-fn survival(bsdf: &Bsdf, colour: Option<&Texture>) -> f32 {
+fn survival(bsdf: &Bsdf, colour: Option<&Colour>) -> f32 {
     let mut typical = bsdf.texel();
     if let Some(map) = colour {
-        typical.colour = map.mean().clamp(Vec3::ZERO, Vec3::ONE);
+        typical.colour = map.mean();
     }
     match bsdf.with(&typical) {
         scatters @ (Bsdf::Lambert { .. } | Bsdf::Plastic { .. }) => {

@@ -24,6 +24,8 @@ pub struct Mesh {
     texcoords: Vec<Vec2>,
     /// Texture coordinates of each triangle's corners, or [`NONE`]; empty where nothing is textured.
     texcoord_triangles: Vec<[u32; 3]>,
+    /// Linear colours of vertices, NaN where one has none; empty where none has any.
+    colours: Vec<Vec3>,
     /// Material of each triangle.
     pub material_of: Vec<u32>,
     /// The triangles with holes, if there are any.
@@ -96,6 +98,7 @@ impl Mesh {
             mut normal_triangles,
             mut texcoords,
             texcoord_triangles,
+            colours,
             material_of,
             ..
         } = obj;
@@ -131,6 +134,7 @@ impl Mesh {
             normal_triangles,
             texcoords,
             texcoord_triangles,
+            colours,
             material_of,
             cutouts,
             bounds,
@@ -238,6 +242,14 @@ impl Mesh {
             .map_or(Vec2::ZERO, |[a, b, c]| a * (1.0 - u - v) + b * u + c * v)
     }
 
+    /// The colour at a point of a triangle; `None` where not all of its corners have one.
+    #[inline]
+    pub fn colour(&self, triangle: u32, u: f32, v: f32) -> Option<Vec3> {
+        let corners = self.triangles[triangle as usize];
+        let [a, b, c] = corners.map(|i| self.colours.get(i as usize).copied().unwrap_or(Vec3::NAN));
+        Some(a * (1.0 - u - v) + b * u + c * v).filter(|colour| colour.is_finite())
+    }
+
     /// How the position changes with each texture coordinate. `None` where these do not span the triangle.
     pub fn tangents(&self, triangle: u32) -> Option<(Vec3, Vec3)> {
         let [a, b, c] = self.corner_texcoords(triangle)?;
@@ -297,7 +309,7 @@ impl Mesh {
     }
 
     pub(super) fn hash_into(&self, hasher: &mut Xxh3) {
-        let vectors = [&self.positions, &self.normals];
+        let vectors = [&self.positions, &self.normals, &self.colours];
         for x in vectors.into_iter().flatten().flat_map(Vec3::to_array) {
             hasher.update(&x.to_le_bytes());
         }

@@ -22,6 +22,7 @@ mod surroundings;
 pub mod texture;
 pub mod textured;
 pub mod up_axis;
+mod vertex_colours;
 
 pub use surroundings::{EnvironmentSetting, EnvironmentSource};
 
@@ -96,7 +97,8 @@ impl Scene {
                  at most {MAX_PIXELS} pixels"
             )));
         }
-        let mut materials = materials(&obj, settings.roughness_threshold, path, warnings)?;
+        let colour = vertex_colours::make_linear(&mut obj);
+        let mut materials = materials(&obj, colour, settings.roughness_threshold, path, warnings)?;
         sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
         lamps::face_normals(&mut obj, &materials);
         smoothing::add_normals(&mut obj);
@@ -105,10 +107,11 @@ impl Scene {
             warnings.note(note);
         }
         let mesh = Mesh::new(obj, opacity);
-        if materials.iter().any(|m| m.textures.is_some()) {
+        let has_pictures = |m: &Material| m.textures.iter().any(|t| t.named().next().is_some());
+        if materials.iter().any(has_pictures) {
             let counts = mesh.without_texcoords(materials.len());
             for (material, count) in materials.iter().zip(counts) {
-                if material.textures.is_some() && count > 0 {
+                if has_pictures(material) && count > 0 {
                     warnings.push(format!(
                         "{}: {count} triangles of material '{}' have no texture coordinates: its textures are \
                          one colour there",
@@ -154,6 +157,11 @@ impl Scene {
         self.camera = camera;
     }
 
+    /// Whether the camera sees the environment where there is nothing.
+    pub fn shows_environment(&self) -> bool {
+        self.background == Background::Environment
+    }
+
     /// Light that the camera sees in the unit direction `direction`, in which there is nothing.
     #[inline]
     pub fn seen_directly(&self, direction: Vec3) -> Vec3 {
@@ -187,7 +195,7 @@ impl Scene {
         self.mesh.hash_into(&mut hasher);
         let rest = (&self.materials, &self.environment, &self.camera);
         hasher.update(format!("{rest:?}").as_bytes());
-        hasher.update(&[u8::from(self.background == Background::Environment)]);
+        hasher.update(&[u8::from(self.shows_environment())]);
         hasher.digest()
     }
 }
@@ -195,6 +203,7 @@ impl Scene {
 /// What the file's materials mean, with remarks on those that are in use.
 fn materials(
     obj: &ObjFile,
+    vertices: Option<Vec3>,
     roughness_threshold: f32,
     path: &Path,
     warnings: &mut Warnings,
@@ -206,7 +215,7 @@ fn materials(
     let (mut remarks, mut unheard) = (Remarks::default(), Remarks::default());
     let read = |(m, in_use)| {
         let remarks = if in_use { &mut remarks } else { &mut unheard };
-        Material::from_mtl(m, roughness_threshold, remarks)
+        Material::from_mtl(m, vertices, roughness_threshold, remarks)
     };
     let materials = obj.materials.iter().zip(in_use).map(read).collect();
     remarks.report(path, warnings)?;

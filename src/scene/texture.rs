@@ -36,7 +36,7 @@ static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear(byte as f32 / 255.0)));
 
 /// sRGB to linear.
-fn linear(x: f32) -> f32 {
+pub(super) fn linear(x: f32) -> f32 {
     if x <= 0.04045 {
         x / 12.92
     } else {

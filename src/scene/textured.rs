@@ -2,6 +2,7 @@
 
 use super::content::{self, Alpha};
 use super::material::{Class, SMOOTHEST_ALPHA};
+use super::mesh::Mesh;
 use super::texture::{Meaning, Texture};
 use crate::bsdf::{Bsdf, Texel, plastic};
 use crate::load::map::{Channel, MapStatement};
@@ -12,9 +13,11 @@ use glam::{Vec2, Vec3};
 #[derive(Clone, Debug)]
 pub struct Textures {
     /// For [`Bsdf::colour`].
-    pub colour: Option<Texture>,
+    pub colour: Option<Colour>,
     /// Factor on the reflectance of plastic's coat.
     pub specular: Option<Texture>,
+    /// For the share of plastic that is metal.
+    pub metallic: Option<Texture>,
     /// For the GGX alpha.
     pub roughness: Option<Roughness>,
     /// Factor on the emitted radiance.
@@ -23,6 +26,41 @@ pub struct Textures {
     pub relief: Option<Relief>,
     /// Points at most this rough are of class specular.
     pub roughness_threshold: f32,
+}
+
+/// What gives a colour.
+#[derive(Clone, Debug)]
+pub enum Colour {
+    /// A picture.
+    Texture(Texture),
+    /// The vertices; where they have none, the plain value holds.
+    Vertices {
+        /// Of all of the file.
+        mean: Vec3,
+    },
+}
+
+impl Colour {
+    /// A typical value.
+    pub fn mean(&self) -> Vec3 {
+        match self {
+            Colour::Texture(map) => map.mean().clamp(Vec3::ZERO, Vec3::ONE),
+            Colour::Vertices { mean } => *mean,
+        }
+    }
+}
+
+/// Where on a mesh textures are asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// One of its triangles.
+    pub triangle: u32,
+    /// Barycentric coordinates of its second and third corner.
+    pub barycentric: [f32; 2],
+    /// Texture coordinates.
+    pub uv: Vec2,
 }
 
 /// What gives the GGX alpha.
@@ -97,12 +135,17 @@ pub fn opacity(m: &MtlMaterial) -> Option<Texture> {
 }
 
 impl Textures {
-    /// Whether there are any.
+    /// Whether anything varies from point to point.
     pub fn any(&self) -> bool {
-        self.named().next().is_some()
+        self.has_vertex_colours() || self.named().next().is_some()
     }
 
-    /// All of them, with what they stand for.
+    /// Whether the colour is that of the vertices.
+    pub fn has_vertex_colours(&self) -> bool {
+        matches!(self.colour, Some(Colour::Vertices { .. }))
+    }
+
+    /// All pictures, with what they stand for.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, &Texture)> {
         let relief = self.relief.as_ref().map(|relief| match relief {
             Relief::Normals(t, _) => ("normals", t),
@@ -110,8 +153,12 @@ impl Textures {
         });
         let map = |name, t| Option::as_ref(t).map(|t| (name, t));
         [
-            map("colour", &self.colour),
+            match &self.colour {
+                Some(Colour::Texture(map)) => Some(("colour", map)),
+                Some(Colour::Vertices { .. }) | None => None,
+            },
             map("specular", &self.specular),
+            map("metal", &self.metallic),
             self.roughness.as_ref().map(|r| ("roughness", r.texture())),
             map("emission", &self.emission),
             relief,
@@ -120,15 +167,27 @@ impl Textures {
         .flatten()
     }
 
-    /// The values at `uv`, `plain` where there is no texture.
+    /// The values at a place, `plain` where there is no texture.
     #[inline]
-    pub fn texel(&self, bsdf: &Bsdf, plain: &Texel, uv: Vec2) -> Texel {
+    pub fn texel(&self, bsdf: &Bsdf, plain: &Texel, place: Place) -> Texel {
+        let uv = place.uv;
         let mut texel = *plain;
-        if let Some(map) = &self.colour {
-            texel.colour = map.colour(uv).clamp(Vec3::ZERO, Vec3::ONE);
+        match &self.colour {
+            Some(Colour::Texture(map)) => {
+                texel.colour = map.colour(uv).clamp(Vec3::ZERO, Vec3::ONE);
+            }
+            Some(Colour::Vertices { .. }) => {
+                let [u, v] = place.barycentric;
+                let colour = place.mesh.colour(place.triangle, u, v);
+                texel.colour = colour.unwrap_or(plain.colour);
+            }
+            None => {}
         }
         if let Some(map) = &self.specular {
             texel.specular = (2.0 * map.value(uv)).clamp(0.0, 1.0);
+        }
+        if let Some(map) = &self.metallic {
+            texel.metallic = map.value(uv).clamp(0.0, 1.0);
         }
         if let Some(roughness) = &self.roughness {
             let smoothest = match bsdf {

@@ -18,27 +18,27 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 const LIBRARY: u64 = 0x3d4a_ce6c_a93f_55d1;
 /// Path tracing and gradients of each of [`SCENES`].
 const SHIPPED: [[u64; 2]; SCENES.len()] = [
-    [0x8e69_d186_b223_86b6, 0x45d0_0d89_763e_7bbd],
-    [0xcdc9_56d7_2ef5_20d5, 0xfd9a_1bee_74b8_19eb],
-    [0x2b77_d26f_4ba3_44e9, 0x507d_2c86_76c0_2f86],
-    [0x45ee_d01a_f737_621d, 0x06fe_38bc_1dfb_7572],
-    [0x4e6f_8eb8_e333_979f, 0x4bc4_3edc_b282_22b4],
-    [0x66e9_a747_0ae0_0e19, 0x46dc_7e1c_18de_fd84],
-    [0x5a8d_5747_c728_0186, 0xfe85_0aba_35c2_fa34],
-    [0x2d73_c5de_2a98_f937, 0xa16c_89b9_3071_7ed5],
+    [0x2197_5b50_f4bc_9cb4, 0x45de_5c54_dedb_b171],
+    [0x72e2_0072_28f3_d494, 0x9b7b_a7b4_a1fe_9dec],
+    [0x80bb_f20a_4129_3887, 0x8dec_63c4_4ab9_f747],
+    [0x7d14_6174_5429_51c2, 0xcf6b_240f_5f79_27a7],
+    [0x7123_6f0c_7ada_48fa, 0xe650_a27d_af7f_85a1],
+    [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
+    [0x8941_a6fc_fb2d_b299, 0x5333_d505_64c2_f785],
+    [0xe288_73d6_789a_2898, 0x6f83_46d0_bca6_c58c],
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x7cb6_f12f_f2cf_df03,
-    0x64e4_fde3_29bc_5996,
-    0x397b_773b_a770_9918,
-    0x5da1_c5fe_26e9_26f6,
-    0xf6d5_bdc9_6b50_bb63,
-    0xe466_9e0a_a4eb_eb14,
-    0x9661_3d6c_5592_b37b,
-    0x40c9_79bf_7e50_5461,
-    0x55e7_9e33_bba8_c06f,
-    0x38cf_51c6_c7b8_2230,
+    0x7763_526e_6085_b097,
+    0x5d0f_4698_1570_6ed6,
+    0x00d1_e8a9_2ea5_d8f3,
+    0x7bbc_1801_8c71_9aa8,
+    0x019c_42a6_f838_8ba2,
+    0x30d3_c273_8967_3dad,
+    0xd61f_3219_3cd0_7774,
+    0xcdd6_c479_807d_5171,
+    0xd597_580d_8615_ee4f,
+    0x50c4_38bb_5956_1d44,
 ];
 const GROUP: u64 = 30;
 

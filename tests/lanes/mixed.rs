@@ -14,6 +14,7 @@ use gdpt::load::sidecar::CameraTable;
 use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::material::{Class, Material};
+use gdpt::scene::textured::{Colour, Relief, Roughness};
 use gdpt::scene::{EnvironmentSetting, EnvironmentSource, Scene, SceneSettings};
 use glam::{Vec2, Vec3};
 use std::path::Path;
@@ -98,6 +99,9 @@ fn scene(rng: &mut Rng) -> Scene {
         });
     }
     triangles(rng, &mut file);
+    if rng.one_in(4) {
+        file.colours = file.positions.iter().map(|_| rng.vector()).collect();
+    }
 
     let aperture = if rng.one_in(4) { 0.1 } else { 0.0 };
     let environment: EnvironmentSetting = match rng.below(4) {
@@ -217,11 +221,23 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
     let smooth = material.texel.alpha == 0.0;
     let is_plastic = matches!(material.bsdf, Bsdf::Plastic { .. });
     if let Some(textures) = material.textures.as_deref_mut() {
+        let colour = match &textures.colour {
+            Some(Colour::Texture(map)) => Some(map.clone()),
+            Some(Colour::Vertices { .. }) | None => None,
+        };
         if !smooth && rng.one_in(2) {
-            textures.roughness = textures.colour.clone();
+            textures.roughness = colour.clone().map(Roughness::Pr);
         }
         if is_plastic && rng.one_in(2) {
-            textures.specular = textures.colour.clone();
+            textures.specular = colour.clone();
+        }
+        if is_plastic && rng.one_in(3) {
+            textures.metallic = colour;
+        }
+        if let Some(Relief::Heights(map, factor)) = &textures.relief
+            && rng.one_in(2)
+        {
+            textures.relief = Some(Relief::Normals(map.clone(), *factor));
         }
         if rng.one_in(3) {
             textures.relief = None;
@@ -244,6 +260,7 @@ fn picture(rng: &mut Rng) -> Arc<Bitmap> {
         height,
         texels: Texels::Floats {
             values: values.collect(),
+            alpha: None,
             encoded: false,
         },
         has_alpha: false,

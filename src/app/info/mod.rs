@@ -301,7 +301,11 @@ fn describe(material: &Material) -> String {
     };
     let colour = |c: Vec3| format!("{},{},{}", c.x, c.y, c.z);
     let rounded = |c: Vec3| colour((c * 1e4).round() / 1e4);
-    let base = |c: Vec3| texture("colour").unwrap_or_else(|| rounded(c));
+    let by_vertices = material.textures.iter().any(|t| t.has_vertex_colours());
+    let base = |c: Vec3| match by_vertices {
+        true => "colours of vertices".to_owned(),
+        false => texture("colour").unwrap_or_else(|| rounded(c)),
+    };
     let roughness = |alpha: f32| match texture("roughness") {
         Some(texture) => format!("roughness {texture}"),
         None => format!("alpha {}", (alpha * 1e4).round() / 1e4),

@@ -18,6 +18,7 @@ use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
 use crate::exposure::Metered;
 use crate::film::{BYTES_PER_PIXEL, Film, Halves};
+use crate::load::environment::Background;
 use crate::load::sidecar::{CameraTable, Up};
 use crate::output::format::{Encoding, Format};
 use crate::output::stats::{Shown, Stats};
@@ -94,6 +95,14 @@ fn render_scene(
     let reporter = Reporter::new(args.quiet);
     let mut scene = load(args, target.scene, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
+    if scene.background == Background::Transparent
+        && target.format == Format::Display(Encoding::Jpeg)
+    {
+        return Err(Error::Setting(
+            "JPEG files cannot be transparent: give -o a name that ends in .png or .exr, or another --background"
+                .into(),
+        ));
+    }
     limits::memory(scene.camera.width, scene.camera.height)?;
     let start = Instant::now();
     let tracer = args

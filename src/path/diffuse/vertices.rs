@@ -57,6 +57,8 @@ struct Other {
     alpha: f32x8,
     /// Factor on the reflectance of plastic's coat.
     specular: f32x8,
+    /// Share of plastic that is metal.
+    metallic: f32x8,
 }
 
 impl Other {
@@ -66,6 +68,7 @@ impl Other {
         material: [0; LANES],
         alpha: f32x8::ZERO,
         specular: f32x8::ZERO,
+        metallic: f32x8::ZERO,
     };
 }
 
@@ -241,6 +244,7 @@ impl VerticesX8 {
             other.wo = -hits.direction;
             other.alpha = f32x8::from_lanes(|lane| materials[lane].texel.alpha);
             other.specular = f32x8::from_lanes(|lane| materials[lane].texel.specular);
+            other.metallic = f32x8::from_lanes(|lane| materials[lane].texel.metallic);
         }
     }
 
@@ -251,6 +255,7 @@ impl VerticesX8 {
         set_bit(&mut self.rough, lane, is_rough);
         self.other.alpha.set_lane(lane, vertex.texel.alpha);
         self.other.specular.set_lane(lane, vertex.texel.specular);
+        self.other.metallic.set_lane(lane, vertex.texel.metallic);
     }
 
     /// Puts a vertex into a lane.
@@ -278,6 +283,7 @@ impl VerticesX8 {
             other.material[lane] = vertex.material;
             other.alpha.set_lane(lane, vertex.texel.alpha);
             other.specular.set_lane(lane, vertex.texel.specular);
+            other.metallic.set_lane(lane, vertex.texel.metallic);
         }
     }
 
@@ -304,6 +310,9 @@ impl VerticesX8 {
             other
                 .specular
                 .set_lane(lane, from_other.specular.lane(from));
+            other
+                .metallic
+                .set_lane(lane, from_other.metallic.lane(from));
         }
     }
 
@@ -319,6 +328,7 @@ impl VerticesX8 {
             colour,
             alpha: other.alpha.lane(lane),
             specular: other.specular.lane(lane),
+            metallic: other.metallic.lane(lane),
         };
         material.bsdf.with(&texel).albedo()
     }
@@ -387,6 +397,7 @@ impl VerticesX8 {
                 colour: self.albedo,
                 alpha: other.alpha,
                 specular: other.specular,
+                metallic: other.metallic,
             },
         }
     }

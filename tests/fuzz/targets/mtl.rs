@@ -13,6 +13,6 @@ fuzz_target!(init: common::abort_on_panic(), |data: &[u8]| {
     let path = common::file("input.mtl", data);
     let mut warnings = Warnings::new(false);
     for material in mtl::load(&path, &mut warnings).unwrap_or_default() {
-        let _ = Material::from_mtl(&material, 0.01, &mut Remarks::default());
+        let _ = Material::from_mtl(&material, None, 0.01, &mut Remarks::default());
     }
 });
