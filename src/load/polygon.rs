@@ -4,7 +4,8 @@
 use earcut::Earcut;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Part of a face's area that its fan may spill over: of rounding errors at corners on a straight line.
+/// Part of a face's area that rounding errors may make at corners on a straight line: its fan may spill over so
+/// much, and triangles of that size may be left out where they turn back.
 const SPILL: f64 = 1e-6;
 
 /// Cuts faces into triangles; keeps its memory from face to face.
@@ -77,7 +78,7 @@ impl Triangulator {
         if spilled <= SPILL * newell.length_squared() && newell != DVec3::ZERO {
             for i in 1..points.len() - 1 {
                 let area = fan_area(i);
-                if area.length().is_normal() {
+                if area.length().is_normal() && area.dot(newell) > 0.0 {
                     self.triangles.push([0, i as u32, i as u32 + 1]);
                 }
             }
@@ -106,15 +107,17 @@ impl Triangulator {
         let flat_points = points.iter().map(|&p| flat(p));
         self.earcut.earcut(flat_points, &[], &mut self.indices);
         for triangle in self.indices.as_chunks::<3>().0 {
-            let [a, b, c] = triangle.map(|i| points[i as usize]);
-            if !(b - a).cross(c - a).length().is_normal() {
-                continue;
+            let [i, mut j, mut k] = *triangle;
+            let [p, q, r] = triangle.map(|i| DVec2::from(flat(points[i as usize])));
+            if (q - p).perp_dot(r - p) < 0.0 {
+                (j, k) = (k, j);
             }
-            let [p, q, r] = [a, b, c].map(|p| DVec2::from(flat(p)));
-            let [i, j, k] = *triangle;
-            let turns_back = (q - p).perp_dot(r - p) < 0.0;
-            self.triangles
-                .push(if turns_back { [i, k, j] } else { [i, j, k] });
+            let [a, b, c] = [i, j, k].map(|i| points[i as usize]);
+            let area = (b - a).cross(c - a);
+            let sliver = area.length() <= SPILL * normal.length() && area.dot(normal) <= 0.0;
+            if area.length().is_normal() && !sliver {
+                self.triangles.push([i, j, k]);
+            }
         }
     }
 }
@@ -239,7 +242,8 @@ mod tests {
                         // All turn as the face does.
                         let normal = turn * if reversed { Vec3::NEG_Z } else { Vec3::Z };
                         for t in cut(&face) {
-                            assert!(area_vector(&face, t).dot(normal.as_dvec3()) > 0.0);
+                            let area = area_vector(&face, t);
+                            assert!(area.dot(normal.as_dvec3()) > 0.0, "{t:?} {area} {face:?}");
                         }
                     }
                 }
