@@ -19,6 +19,7 @@ use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
 use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
 use crate::scene::framing::Open;
+use crate::scene::smoothing;
 use crate::scene::{EnvironmentSetting, Scene, SceneSettings};
 use crate::trace::{Backend, Traverse};
 use crate::vantage;
@@ -132,7 +133,10 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         textures: flags.reading.textures,
         repairs: toml.repairs.clone(),
     };
-    let file = obj::load_with(path, &options, warnings)?;
+    let mut file = obj::load_with(path, &options, warnings)?;
+    if let Some(degrees) = flags.reading.smooth {
+        smoothing::smooth_edges(&mut file, degrees);
+    }
     let camera = toml.camera_named(flags.camera_name.as_deref())?;
     let camera = flags.camera.or(&camera);
     let film = (

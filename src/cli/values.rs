@@ -21,6 +21,14 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Degrees between 0 and 180.
+pub(super) fn angle(text: &str) -> Result<f32, String> {
+    match text.trim().parse() {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees),
+        _ => Err("needs degrees, from 0 to 180".into()),
+    }
+}
+
 pub(super) fn vector(text: &str) -> Result<[f32; 3], String> {
     let numbers: Vec<f32> = text
         .split(',')

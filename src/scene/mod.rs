@@ -12,11 +12,12 @@ mod light_grid;
 pub mod material;
 pub mod mesh;
 mod passage;
+mod place;
 mod ranges;
 pub mod remarks;
 mod sheets;
 mod sky;
-mod smoothing;
+pub mod smoothing;
 mod studio;
 mod surroundings;
 pub mod texture;
@@ -102,6 +103,7 @@ impl Scene {
         sheets::make_thin(&mut obj, &mut materials, settings.roughness_threshold);
         lamps::face_normals(&mut obj, &materials);
         smoothing::add_normals(&mut obj);
+        lamps::part(&mut obj, &materials);
         let opacity = obj.materials.iter().map(textured::opacity).collect();
         for note in content::notes(&obj.materials) {
             warnings.note(note);

@@ -6,6 +6,7 @@
 //! enclose, which is 0 for edges along which two parts lie on each other.
 
 use super::material::Material;
+use super::place::place;
 use crate::load::obj::ObjFile;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -92,9 +93,7 @@ impl Surface {
     /// The number of the face with these corners.
     fn add(&mut self, triangle: [Vec3; 3]) -> u32 {
         let face = triangle.map(|p| {
-            // 0 and -0 are one place.
-            let key = (p + Vec3::ZERO).to_array().map(f32::to_bits);
-            *self.corner_at.entry(key).or_insert_with(|| {
+            *self.corner_at.entry(place(p)).or_insert_with(|| {
                 self.corners.push(p.as_dvec3());
                 self.corners.len() as u32 - 1
             })

@@ -269,12 +269,14 @@ fn any_diffuse_scene_has_the_bits_of_the_general_loop() {
     assert!(total.dropped > 0, "no sample was dropped");
 }
 
-/// A floor under a square lamp, or under as many as are asked for.
+/// A floor under so many lamps, one above the other.
 fn lamps(count: usize, lamp: MtlMaterial, settings: &SceneSettings) -> Scene {
     let floor = [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0]];
-    let above = [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0]];
+    let above =
+        |n: usize| [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)].map(|(x, z)| [x, 1.0 + n as f32, z]);
+    let above: Vec<_> = (0..count).map(above).collect();
     let mut list: Vec<(&[[f32; 3]], usize)> = vec![(&floor, 0)];
-    list.extend((0..count).map(|_| (&above[..], 1)));
+    list.extend(above.iter().map(|lamp| (&lamp[..], 1)));
     polygons(&list, vec![lambert(0.5), lamp], settings)
 }
 
