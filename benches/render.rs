@@ -171,6 +171,7 @@ fn reconstruction(c: &mut Criterion) {
             size: (width as usize, height as usize),
             samples: film.samples,
             planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+            features: None,
         };
         let mut group = c.benchmark_group(format!("reconstruction/{width}x{height}"));
         group.sample_size(10);

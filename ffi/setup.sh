@@ -6,12 +6,26 @@
 # libembree-dev package; both go into one private prefix. Package sources stay as they are and nothing
 # else on the machine is upgraded. Safe to run again: quiet when there is nothing to do.
 #
+# --denoiser        install Open Image Denoise 2 too, which gdpt looks for when it is to denoise: from a pinned
+#                   PyPI wheel, what the CPU needs of it, into ~/.local/share/gdpt/oidn
+#
 # EMBREE_ROOT=DIR   use (or make) the prefix DIR instead of ~/.local/share/gdpt/embree4
 set -eu
+
+DENOISER=no
+for argument in "$@"; do
+    case $argument in
+        --denoiser) DENOISER=yes ;;
+        *) echo "setup: knows --denoiser alone, not $argument" >&2; exit 2 ;;
+    esac
+done
 
 PREFIX=${EMBREE_ROOT:-${XDG_DATA_HOME:-$HOME/.local/share}/gdpt/embree4}
 WHEEL_VERSION=4.4.0.post1
 WHEEL_SHA256=2cd0f7d5c6342e6247e31f700761689cae7829454d8c6de0c41e62124a023e1f
+OIDN=${XDG_DATA_HOME:-$HOME/.local/share}/gdpt/oidn
+OIDN_VERSION=2.5.1
+OIDN_WHEEL_SHA256=32ad13368f8de1ef63001942ad05b02a00cd732d1206d97f352d3a3f606d823e
 
 say() { echo "setup: $*"; }
 fail() { echo "setup: $*" >&2; exit 1; }
@@ -48,6 +62,15 @@ apt_install() {
         { tail -n 15 "$LOG" >&2; fail "apt-get could not install$missing"; }
 }
 
+# fetch_wheel PACKAGE==VERSION SHA256 PLATFORM: into $WORK
+fetch_wheel() {
+    have python3 && python3 -m pip --version >/dev/null 2>&1 || apt_install python3 python3-pip ca-certificates
+    echo "$1 --hash=sha256:$2" >"$WORK/requirements.txt"
+    python3 -m pip download -q --no-deps --require-hashes --only-binary=:all: --dest "$WORK" \
+        --platform "$3" --implementation cp --python-version 3.11 \
+        -r "$WORK/requirements.txt" >"$LOG" 2>&1 || { tail -n 5 "$LOG" >&2; fail "the wheel could not be fetched"; }
+}
+
 any_exists() { for path in "$@"; do [ ! -e "$path" ] || return 0; done; return 1; }
 
 # --- what is there already -------------------------------------------------------------------------
@@ -72,6 +95,29 @@ WORK=$(mktemp -d)
 trap 'rm -rf "$WORK"' EXIT
 trap 'exit 1' HUP INT TERM
 LOG=$WORK/log
+
+# --- Open Image Denoise ----------------------------------------------------------------------------
+if [ $DENOISER = yes ] && [ ! -f "$OIDN/lib/libOpenImageDenoise.so.2" ]; then
+    [ "$(uname -m)" = x86_64 ] || fail "no ready-made Open Image Denoise for $(uname -m). Install it, and set GDPT_OIDN to its library."
+    say "fetching Open Image Denoise (PyPI wheel pyoidn $OIDN_VERSION.0, 84 MB)"
+    fetch_wheel "pyoidn==$OIDN_VERSION.0" $OIDN_WHEEL_SHA256 manylinux2014_x86_64
+    say "unpacking into $OIDN"
+    mkdir -p "$(dirname "$OIDN")"
+    NEW=$(mktemp -d "$(dirname "$OIDN")/.oidn.XXXXXX")
+    trap 'rm -rf "$WORK" "$NEW"' EXIT
+    mkdir "$NEW/lib"
+    python3 -m zipfile -e "$WORK"/pyoidn-*.whl "$WORK/oidn"
+    for library in OpenImageDenoise.so.2 OpenImageDenoise_core.so.$OIDN_VERSION OpenImageDenoise_device_cpu.so.$OIDN_VERSION tbb.so.12; do
+        mv "$WORK/oidn/pyoidn/oidn/lib/lib$library" "$NEW/lib/"
+    done
+    mv "$WORK"/oidn/pyoidn-*.dist-info/licenses/LICENSE "$NEW/"
+    chmod 755 "$NEW" "$NEW"/lib/*
+    # Another setup may have been faster.
+    [ -d "$OIDN" ] || mv "$NEW" "$OIDN"
+    rm -rf "$NEW"
+    [ -f "$OIDN/lib/libOpenImageDenoise.so.2" ] || fail "$OIDN is there but holds no Open Image Denoise; move it away and start again"
+    say "Open Image Denoise is in $OIDN"
+fi
 
 # --- compiler and libclang -------------------------------------------------------------------------
 need=
@@ -101,13 +147,8 @@ esac
 
 # The private prefix. Everything below is unpacked beside the prefix and moved into place at the end.
 [ "$(uname -m)" = x86_64 ] || fail "no ready-made Embree 4 for $(uname -m) on this distribution. Build it, and set EMBREE_ROOT to its prefix."
-have python3 && python3 -m pip --version >/dev/null 2>&1 || apt_install python3 python3-pip ca-certificates
-
 say "fetching the Embree 4 library (PyPI wheel embreex $WHEEL_VERSION)"
-echo "embreex==$WHEEL_VERSION --hash=sha256:$WHEEL_SHA256" >"$WORK/requirements.txt"
-python3 -m pip download -q --no-deps --require-hashes --only-binary=:all: --dest "$WORK" \
-    --platform manylinux_2_28_x86_64 --implementation cp --python-version 3.11 \
-    -r "$WORK/requirements.txt" >"$LOG" 2>&1 || { tail -n 5 "$LOG" >&2; fail "the wheel could not be fetched"; }
+fetch_wheel "embreex==$WHEEL_VERSION" $WHEEL_SHA256 manylinux_2_28_x86_64
 
 say "fetching the Embree 4 headers (Debian 13's libembree-dev)"
 site=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' | grep -v security | head -n 1)

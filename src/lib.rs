@@ -29,10 +29,11 @@
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
 //! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, sampler, filter, geometry, scene, trace, gradient, path, film, render |
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
-//! | [`reconstruct`] | The picture from primal and differences. | image, estimate |
+//! | [`denoise`] | Pictures without their noise, by a library that may be there. | error, image |
+//! | [`reconstruct`] | The picture from primal and differences. | image, estimate, denoise |
 //! | [`tone`] | Tone curves: from light of any brightness to what a display can show. | |
 //! | [`exposure`] | By how many stops a picture is brightened for a display. | image |
-//! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, reconstruct |
+//! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, denoise, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
 //! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, tone |
 //! | [`develop`] | Pictures as they are shown, before their background. | load, image, tone, output |
@@ -42,7 +43,7 @@
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | load, sampler, filter, trace, gradient, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
-//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, develop, vantage, watch |
+//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch |
 //!
 //! # A tour
 //!
@@ -119,6 +120,7 @@ pub mod chart;
 pub mod checkpoint;
 pub mod cli;
 pub mod compare;
+pub mod denoise;
 pub mod develop;
 pub mod error;
 pub mod estimate;

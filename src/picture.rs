@@ -1,6 +1,7 @@
 //! The picture: what is reconstructed from primal and gradients, with light seen directly and with its
 //! error.
 
+use crate::denoise::Features;
 use crate::film::{Film, Halves};
 use crate::image::Image;
 use crate::reconstruct::error_estimate::{self, Halved};
@@ -20,6 +21,8 @@ pub struct Picture {
     pub solution: Solution,
     /// Time to make it, error and all.
     pub seconds: f64,
+    /// Of that, what the error took.
+    pub seconds_error: f64,
 }
 
 /// Light seen directly: of both halves, and of all samples.
@@ -34,14 +37,17 @@ pub struct Direct {
 pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
     let start = Instant::now();
     let made = reconstruct::run(method, source);
+    let made_at = Instant::now();
     let error = made.halves.map(|halves| {
         let solved = Halved {
             all: &made.picture,
             halves: &halves,
+            unbiased: made.unbiased.as_ref(),
         };
         let direct = Halved {
             all: &direct.all,
             halves: &direct.halves,
+            unbiased: None,
         };
         error_estimate::estimate(solved, direct, source.samples)
     });
@@ -53,15 +59,24 @@ pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
         error: error.map(|e| e.standard),
         solution: made.solution,
         seconds: start.elapsed().as_secs_f64(),
+        seconds_error: made.seconds_halves + made_at.elapsed().as_secs_f64(),
     }
 }
 
 /// The picture that the film holds. Works on the current pool.
 pub fn of_film(film: &Film, method: Method) -> Picture {
+    let features = method.denoises().then(|| {
+        let hits = film.first_hits();
+        Features {
+            albedo: hits.albedo,
+            normal: hits.normal,
+        }
+    });
     let source = Source {
         size: (film.width as usize, film.height as usize),
         samples: film.samples,
         planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+        features: features.as_ref(),
     };
     let direct = Direct {
         halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
@@ -84,6 +99,9 @@ pub fn describe(method: Method) -> (&'static str, String) {
         Method::Weighted => ("weighted", String::new()),
         Method::L2(alpha) => ("l2", text(alpha)),
         Method::L1(alpha) => ("l1", text(alpha)),
+        Method::Guided(_) => ("guided", String::new()),
+        Method::Mix(_) => ("mix", String::new()),
+        Method::Denoised(_) => ("oidn", String::new()),
         Method::Primal => ("none", String::new()),
     }
 }

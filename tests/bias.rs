@@ -63,6 +63,7 @@ fn measure(scene: &Scene, tracer: &dyn Traverse, spp: u64) -> [Bias; 2] {
             size: (SIZE as usize, SIZE as usize),
             samples: film.samples,
             planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+            features: None,
         };
         let alpha = Alpha::Fixed(0.2);
         let [l2, weighted, l1] = [Method::L2(alpha), Method::Weighted, Method::L1(alpha)]

@@ -53,16 +53,19 @@ fn all_bits(scene: &Scene, threads: usize, tile_size: u32, method: Method) -> Ve
             size: (film.width as usize, film.height as usize),
             samples: film.samples,
             planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
+            features: None,
         };
         let weighted = reconstruct::run(reconstruct::Method::Weighted, &source);
         out.push(bits(&weighted.picture));
         let solved = Halved {
             all: &weighted.picture,
             halves: &weighted.halves.unwrap(),
+            unbiased: None,
         };
         let direct = Halved {
             all: &film.direct(Halves::Both),
             halves: &[film.direct(Halves::A), film.direct(Halves::B)],
+            unbiased: None,
         };
         let error = error_estimate::estimate(solved, direct, film.samples);
         out.push(bits(&error.standard));

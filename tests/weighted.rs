@@ -60,6 +60,7 @@ fn solve(halves: &[[Planes; 3]], width: usize, method: Method) -> Reconstruction
         size: (width, height),
         samples: SAMPLES,
         planes: &|half, channel| halves[half][channel].clone(),
+        features: None,
     };
     run(method, &source)
 }
@@ -147,10 +148,12 @@ fn it_reaches_the_cramer_rao_bound_and_knows_its_error() {
             let solved = Halved {
                 all: &made.picture,
                 halves: &made.halves.unwrap(),
+                unbiased: None,
             };
             let direct = Halved {
                 all: &black[0],
                 halves: &black,
+                unbiased: None,
             };
             let standard = error_estimate::estimate(solved, direct, SAMPLES).standard;
             let squares = standard.channels.iter().flatten().map(|s| f64::from(s * s));
@@ -278,6 +281,7 @@ fn few_samples_fall_back_to_l2() {
             size: (width, height),
             samples,
             planes: &|half, channel| halves[half][channel].clone(),
+            features: None,
         };
         let weighted = run(Method::Weighted, &source);
         assert!(all_finite(&weighted));

@@ -10,6 +10,7 @@ pub mod render;
 pub mod spectrum;
 
 use crate::cli::{EnvironmentFlag, ReadingArgs, Reconstruct, SizeFlag};
+use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
@@ -171,10 +172,11 @@ fn settle(scene: &mut Scene, tracer: &dyn Traverse, warnings: &mut Warnings) -> 
     Ok(())
 }
 
-/// The method that the flags name.
+/// The method that the flags name, with a denoiser of so many threads.
 fn reconstruction(
     reconstruct: Reconstruct,
     alpha: Option<Alpha>,
+    threads: usize,
     warnings: &mut Warnings,
 ) -> Result<Method> {
     if alpha.is_some() && !matches!(reconstruct, Reconstruct::L2 | Reconstruct::L1) {
@@ -185,6 +187,9 @@ fn reconstruction(
         Reconstruct::Weighted => Method::Weighted,
         Reconstruct::L2 => Method::L2(alpha),
         Reconstruct::L1 => Method::L1(alpha),
+        Reconstruct::Guided => Method::Guided(Denoiser::get(threads)?),
+        Reconstruct::Mix => Method::Mix(Denoiser::get(threads)?),
+        Reconstruct::Oidn => Method::Denoised(Denoiser::get(threads)?),
         Reconstruct::None => Method::Primal,
     })
 }

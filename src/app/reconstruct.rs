@@ -3,6 +3,7 @@
 use super::{COVERAGE, Ended, HALF_A, check_same_size, coverage_channel};
 use super::{reconstruction, thread_pool};
 use crate::cli::{Reconstruct, ReconstructArgs};
+use crate::denoise::Features;
 use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
@@ -32,6 +33,8 @@ struct Input {
     background: Background,
     /// Reflectance of what is seen, where it is known.
     albedo: Option<Image>,
+    /// Normals of what is seen, where they are known.
+    normal: Option<Image>,
     /// Layers and texts that the output takes over.
     rest: ExrFile,
 }
@@ -57,8 +60,9 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     // Method.
     let has_halves = input.second.is_some();
     let reconstruct = match args.reconstruct {
-        Some(Reconstruct::Weighted) if !has_halves => {
-            let message = "weighted needs the two halves that a render's own file has";
+        Some(Reconstruct::Weighted | Reconstruct::Guided | Reconstruct::Mix) if !has_halves => {
+            let message =
+                "weighted, guided and mix need the two halves that a render's own file has";
             return Err(Error::Setting(message.into()));
         }
         Some(reconstruct) => reconstruct,
@@ -70,7 +74,8 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         return Err(Error::Setting(message.into()));
     }
     let mut warnings = Warnings::new(false);
-    let method = reconstruction(reconstruct, args.alpha, &mut warnings)?;
+    let threads = pool.current_num_threads();
+    let method = reconstruction(reconstruct, args.alpha, threads, &mut warnings)?;
     Reporter::new(args.quiet).warnings(warnings.list());
 
     // Picture.
@@ -82,6 +87,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         coverage,
         background,
         albedo,
+        normal,
         rest,
     } = &mut input;
     let (width, height) = (first.primal.width, first.primal.height);
@@ -93,10 +99,18 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         };
         estimate.map(|e| e.channel(channel)).unwrap_or_default()
     };
+    let features = match (&*albedo, &*normal) {
+        (Some(albedo), Some(normal)) if method.denoises() => Some(Features {
+            albedo: albedo.clone(),
+            normal: normal.clone(),
+        }),
+        _ => None,
+    };
     let source = Source {
         size: (width, height),
         samples: *samples,
         planes: &planes,
+        features: features.as_ref(),
     };
     let made = pool.install(|| picture::make(method, &source, direct));
 
@@ -218,6 +232,7 @@ fn own_file(path: &Path) -> Result<Input> {
     let coverage = coverage(&file, path, background)?;
     let albedo = file.colour("albedo").is_some();
     let albedo = albedo.then(|| image(&file, path, "albedo")).transpose()?;
+    let normal = normal(&file);
     if halves[1] == 0 {
         return Ok(Input {
             first: all,
@@ -230,6 +245,7 @@ fn own_file(path: &Path) -> Result<Input> {
             coverage,
             background,
             albedo,
+            normal,
             rest: file,
         });
     }
@@ -248,7 +264,20 @@ fn own_file(path: &Path) -> Result<Input> {
         coverage,
         background,
         albedo,
+        normal,
         rest: file,
+    })
+}
+
+/// The normals, if the file has any that are finite.
+fn normal(file: &ExrFile) -> Option<Image> {
+    let [x, y, z] = ["X", "Y", "Z"].map(|axis| file.channels.get(&format!("normal.{axis}")));
+    let channels = [x?, y?, z?].map(Vec::clone);
+    let finite = channels.iter().flatten().all(|v| v.is_finite());
+    finite.then_some(Image {
+        width: file.size.0,
+        height: file.size.1,
+        channels,
     })
 }
 
@@ -384,6 +413,7 @@ fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Re
         coverage: vec![1.0; width * height],
         background: Background::Environment,
         albedo: None,
+        normal: None,
         rest: ExrFile::default(),
     })
 }

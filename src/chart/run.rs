@@ -84,6 +84,7 @@ impl Run<'_> {
 
     fn method_name(&self, reconstruction: reconstruct::Method) -> String {
         match self.tracing.method {
+            Method::Pt if reconstruction.denoises() => "pt+oidn".to_owned(),
             Method::Pt => name_of(Method::Pt),
             Method::Gpt => picture::describe(reconstruction).0.to_owned(),
         }
@@ -122,6 +123,8 @@ impl Run<'_> {
             solving = made.iter().map(|p| p.seconds).fold(0.0, f64::max);
             for (&reconstruction, picture) in reconstructions.iter().zip(&made) {
                 let found = compare::errors(&picture.image, references);
+                // Nobody needs the error for the picture.
+                let solving = picture.seconds - picture.seconds_error;
                 rows.push(Row {
                     scene: scene_name.to_owned(),
                     method: self.method_name(reconstruction),
@@ -133,8 +136,8 @@ impl Run<'_> {
                     seed: self.seed,
                     samples: film.count(Halves::Both),
                     last,
-                    seconds: tracing + picture.seconds,
-                    seconds_solving: picture.seconds,
+                    seconds: tracing + solving,
+                    seconds_solving: solving,
                     rel_mse: found.rel_mse.value,
                     rel_mse_interval: found.rel_mse.interval,
                     rel_mse_trimmed: found.rel_mse_trimmed,

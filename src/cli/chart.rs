@@ -109,4 +109,13 @@ pub enum ChartMethod {
     L1,
     /// The same, weighted.
     Weighted,
+    /// The same, with a denoiser as a second witness.
+    Guided,
+    /// The same, the mean of weighted and denoised pictures.
+    Mix,
+    /// The same, its primal denoised.
+    Oidn,
+    /// Path tracing, denoised.
+    #[value(name = "pt+oidn")]
+    PtOidn,
 }

@@ -87,6 +87,12 @@ pub enum Reconstruct {
     L2,
     /// Least absolute residuals; robust, slightly biased.
     L1,
+    /// Weighted, with Open Image Denoise as a second witness of differences, as far as the samples believe it.
+    Guided,
+    /// The mean of weighted and denoised pictures, pixel by pixel by their errors; nearly unbiased.
+    Mix,
+    /// The primal, denoised by Open Image Denoise; biased.
+    Oidn,
     /// The primal as it is.
     None,
 }

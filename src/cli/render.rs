@@ -38,6 +38,7 @@ Examples:
   gdpt render scene.obj                                64 samples into scene.png
   gdpt render scene.obj -o out.exr                     all layers in 32-bit float
   gdpt render scene.obj -o out.png --time 30s          as many samples as fit in 30 seconds
+  gdpt render scene.obj -o out.png --spp 16 --denoise  a clean picture of few samples
   gdpt render scene.obj -o out.exr --error 0.001       until the estimated relMSE is that small
   gdpt render scene.obj -o out.exr --method pt         plain path tracing, to compare
   gdpt render scene.obj -o out.exr --size 1920x1080 --origin 0,1,4 --target 0,1,0 --fov 35
@@ -219,6 +220,10 @@ pub struct RenderArgs {
     /// How the picture is made of primal and gradients [default: weighted for gpt, none for pt]
     #[arg(help_heading = METHOD, long)]
     pub reconstruct: Option<Reconstruct>,
+
+    /// A cleaner picture by Open Image Denoise: --reconstruct guided, or oidn with --method pt
+    #[arg(help_heading = METHOD, long, conflicts_with = "reconstruct")]
+    pub denoise: bool,
 
     /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
     /// variances [default: 0.2]

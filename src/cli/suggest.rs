@@ -172,8 +172,9 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("method", &["integrator", "algorithm", "renderer", "mode"]),
     (
         "reconstruct",
-        &["reconstruction", "poisson", "solver", "solve", "denoise"],
+        &["reconstruction", "poisson", "solver", "solve"],
     ),
+    ("denoise", &["denoiser", "denoising", "oidn", "clean"]),
     (
         "threads",
         &["nthreads", "num-threads", "jobs", "cores", "cpus", "j"],

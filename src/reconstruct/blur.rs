@@ -6,24 +6,33 @@ use rayon::prelude::*;
 const BOXES: usize = 2;
 
 /// Blurs rows of `width` values with a standard deviation of about `sigma` pixels, reflecting at the
-/// borders. The sum is kept.
+/// borders. The sum is kept. What is blurred is not negative, nor is what comes out.
 pub(super) fn blur(data: &mut Vec<f32>, width: usize, sigma: f32) {
+    both_ways(data, width, sigma, 0.0);
+}
+
+/// The same of values of any sign.
+pub(super) fn blur_signed(data: &mut Vec<f32>, width: usize, sigma: f32) {
+    both_ways(data, width, sigma, f64::NEG_INFINITY);
+}
+
+fn both_ways(data: &mut Vec<f32>, width: usize, sigma: f32, least: f64) {
     let height = data.len() / width;
     // The variance of two boxes of side 2r + 1 is ((2r + 1)² − 1)/6.
     let radius = ((((6.0 * sigma * sigma + 1.0).sqrt() - 1.0) / 2.0).round() as usize).max(1);
-    along_rows(data, width, radius);
+    along_rows(data, width, radius, least);
     let mut columns = super::dct::transpose(data, width, height);
-    along_rows(&mut columns, height, radius);
+    along_rows(&mut columns, height, radius, least);
     *data = super::dct::transpose(&columns, height, width);
 }
 
-fn along_rows(data: &mut [f32], width: usize, radius: usize) {
+fn along_rows(data: &mut [f32], width: usize, radius: usize, least: f64) {
     data.par_chunks_mut(width).for_each_init(
         || vec![0.0; width + 2 * radius + 1],
         |padded, row| {
             for _ in 0..BOXES {
                 pad(row, padded, radius);
-                box_filter(padded, row, radius);
+                box_filter(padded, row, radius, least);
             }
         },
     );
@@ -49,13 +58,13 @@ fn pad(row: &[f32], padded: &mut [f32], radius: usize) {
 }
 
 /// The mean over `radius` values to each side. Running sums are in double precision: what was added is
-/// taken away again.
-fn box_filter(padded: &[f32], row: &mut [f32], radius: usize) {
+/// taken away again, which may leave a rest below `least`.
+fn box_filter(padded: &[f32], row: &mut [f32], radius: usize, least: f64) {
     let side = 2 * radius + 1;
     let scale = 1.0 / side as f64;
     let mut sum: f64 = padded[..side].iter().map(|&v| f64::from(v)).sum();
     for ((out, old), new) in row.iter_mut().zip(padded).zip(&padded[side..]) {
-        *out = (sum * scale).max(0.0) as f32;
+        *out = (sum * scale).max(least) as f32;
         sum += f64::from(*new) - f64::from(*old);
     }
 }

@@ -1,7 +1,8 @@
 //! How far a picture is from the truth, from its two halves: they are independent, so what they disagree
-//! about is noise (method.md section 5).
+//! about is noise. Of a biased picture the halves agree on what is wrong; that shows against other pictures of the halves,
+//! which have no bias: (X_A - U_B)² is the bias squared and the variances of both.
 
-use super::blur::blur;
+use super::blur::{blur, blur_signed};
 use crate::image::Image;
 use rayon::prelude::*;
 
@@ -16,7 +17,7 @@ pub struct Estimated {
     /// Standard error of each pixel, smoothed.
     pub standard: Image,
     /// Mean of the squared error over the square of the picture + 0.01: relMSE without a reference. It
-    /// does not see bias, and nothing that no sample has found yet.
+    /// sees nothing that no sample has found yet, and bias only where unbiased pictures are given.
     pub rel_mse: f64,
 }
 
@@ -27,6 +28,8 @@ pub struct Halved<'a> {
     pub all: &'a Image,
     /// Of half A and of half B.
     pub halves: &'a [Image; 2],
+    /// Of both halves without bias, where `halves` have some.
+    pub unbiased: Option<&'a [Image; 2]>,
 }
 
 /// The error of the sum of what was reconstructed and of light seen directly. `samples` are those of the
@@ -48,22 +51,48 @@ pub fn estimate(solved: Halved, direct: Halved, samples: [u64; 2]) -> Estimated 
         let mut brightness = median(&solved.all.channels[c], width);
         let seen = &direct.all.channels[c];
         brightness.iter_mut().zip(seen).for_each(|(b, d)| *b += d);
-        for ((s, d), i) in of_solved.iter().zip(&of_direct).zip(&brightness) {
-            sum += f64::from(share * (s + d) * (s + d) / (i * i + EPSILON));
+        let mut bias = match solved.unbiased {
+            Some(unbiased) => bias(solved.halves, unbiased, c),
+            None => vec![0.0; of_solved.len()],
+        };
+        let errors = of_solved.iter().zip(&of_direct).zip(&bias);
+        for (((s, d), b), i) in errors.zip(&brightness) {
+            sum += f64::from((share * (s + d) * (s + d) + b) / (i * i + EPSILON));
         }
         // Light seen directly has error at the edges of lamps alone: that is not spread.
         let mut variance: Vec<f32> = of_solved.iter().map(|s| share * s * s).collect();
         blur(&mut variance, width, SMOOTHING);
+        if solved.unbiased.is_some() {
+            blur_signed(&mut bias, width, SMOOTHING);
+        }
         let total = variance
             .iter()
             .zip(&of_direct)
-            .map(|(v, d)| v + share * d * d);
+            .zip(&bias)
+            .map(|((v, d), b)| v + share * d * d + b.max(0.0));
         standard.channels[c] = total.map(f32::sqrt).collect();
     }
     Estimated {
         standard,
-        rel_mse: sum / (3 * width * height) as f64,
+        // Of nearly nothing the bias may come out below it.
+        rel_mse: (sum / (3 * width * height) as f64).max(0.0),
     }
+}
+
+/// The squared bias of each pixel of a channel, of either sign by the noise in it.
+fn bias(halves: &[Image; 2], unbiased: &[Image; 2], channel: usize) -> Vec<f32> {
+    let of = |images: &[Image; 2]| {
+        let [a, b] = images;
+        [a, b].map(|image| image.channels[channel].clone())
+    };
+    let ([xa, xb], [ua, ub]) = (of(halves), of(unbiased));
+    let square = |a: f32, b: f32| (a - b) * (a - b);
+    (0..xa.len())
+        .map(|i| {
+            let across = square(xa[i], ub[i]) + square(xb[i], ua[i]);
+            0.5 * (across - square(ua[i], ub[i]) - square(xa[i], xb[i]))
+        })
+        .collect()
 }
 
 /// The median of each pixel and its eight neighbours; beyond the border the border's pixels again.

@@ -5,13 +5,17 @@ mod blur;
 mod conjugate_gradient;
 mod dct;
 pub mod error_estimate;
+mod guided;
 pub mod l1;
 pub mod l2;
+mod mix;
 mod multigrid;
 mod weighted;
 
+use crate::denoise::{Denoiser, Features};
 use crate::estimate::Planes;
 use crate::image::Image;
+use std::time::Instant;
 
 /// How the picture is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +26,24 @@ pub enum Method {
     L2(Alpha),
     /// Least absolute residuals with one weight.
     L1(Alpha),
+    /// Weighted, with a denoiser as a second witness of the differences.
+    Guided(&'static Denoiser),
+    /// The mean of weighted and denoised pictures, by their errors.
+    Mix(&'static Denoiser),
+    /// The primal, denoised.
+    Denoised(&'static Denoiser),
     /// The primal as it is.
     Primal,
+}
+
+impl Method {
+    /// Whether a denoiser has a part in it.
+    pub fn denoises(&self) -> bool {
+        matches!(
+            self,
+            Method::Guided(_) | Method::Mix(_) | Method::Denoised(_)
+        )
+    }
 }
 
 /// The weight α of the primal against the differences.
@@ -47,6 +67,8 @@ pub struct Source<'a> {
     pub samples: [u64; 2],
     /// Estimates of a half (0 or 1), by channel (0 is red).
     pub planes: &'a (dyn Fn(usize, usize) -> Planes + Sync),
+    /// What a denoiser may know beside the primal.
+    pub features: Option<&'a Features>,
 }
 
 /// A picture, with what is known of its error.
@@ -57,8 +79,12 @@ pub struct Reconstruction {
     /// The same from either half alone: independent of one another, each with about twice the variance.
     /// `None` where one half has no samples.
     pub halves: Option<[Image; 2]>,
+    /// Where `picture` is biased: pictures from either half without bias worth the name, to measure it.
+    pub unbiased: Option<[Image; 2]>,
     /// How the solver ended.
     pub solution: Solution,
+    /// Seconds that went into `halves` alone.
+    pub seconds_halves: f64,
 }
 
 /// What is to be fitted: primal and differences, each without light seen directly.
@@ -159,22 +185,29 @@ impl Source<'_> {
     }
 }
 
-/// Makes the picture. [`Method::Weighted`] needs two samples in each half; with fewer it is L2.
+/// Makes the picture. [`Method::Weighted`] needs two samples in each half; with fewer it is L2, and what builds on it
+/// is the denoised primal.
 pub fn run(method: Method, source: &Source) -> Reconstruction {
+    let few = source.samples.iter().any(|&n| n < weighted::LEAST_SAMPLES);
     let method = match method {
-        Method::Weighted if source.samples.iter().any(|&n| n < weighted::LEAST_SAMPLES) => {
-            Method::L2(Alpha::Fixed(PAPER_ALPHA))
-        }
+        Method::Weighted if few => Method::L2(Alpha::Fixed(PAPER_ALPHA)),
+        Method::Guided(denoiser) | Method::Mix(denoiser) if few => Method::Denoised(denoiser),
+        Method::Guided(denoiser) => return guided::solve(source, denoiser),
+        Method::Mix(denoiser) => return mix::solve(source, denoiser),
         method => method,
     };
     let alpha = match method {
         Method::L2(alpha) | Method::L1(alpha) => source.alpha(alpha),
-        Method::Weighted | Method::Primal => 0.0,
+        _ => 0.0,
     };
     let solve = |images: Images| match method {
         Method::L2(_) => (l2::solve(&images.problem(), alpha), Solution::default()),
         Method::L1(_) => l1::solve(&images.problem(), alpha),
-        Method::Primal | Method::Weighted => (images.primal, Solution::default()),
+        Method::Denoised(denoiser) => {
+            let picture = denoiser.denoise(&images.primal, source.features);
+            (picture, Solution::default())
+        }
+        _ => (images.primal, Solution::default()),
     };
     if !source.has_halves() {
         let half = usize::from(source.samples[0] == 0);
@@ -182,31 +215,42 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         return Reconstruction {
             picture,
             halves: None,
+            unbiased: None,
             solution,
+            seconds_halves: 0.0,
         };
     }
+    let start = Instant::now();
     let (halves, solution) = match method {
         Method::Weighted => weighted::solve(source),
-        Method::L2(_) | Method::L1(_) | Method::Primal => {
+        _ => {
             let halves = [0, 1].map(|half| solve(source.images(half)).0);
             (halves, Solution::default())
         }
     };
-    // All but L1 are linear in the values.
-    let (picture, solution) = match method {
-        Method::L1(_) => {
-            let [a, b] = [0, 1].map(|half| source.images(half));
-            solve(Images {
-                primal: source.merge(&[a.primal, b.primal]),
-                dx: source.merge(&[a.dx, b.dx]),
-                dy: source.merge(&[a.dy, b.dy]),
-            })
-        }
-        _ => (source.merge(&halves), solution),
+    // Of what is linear in the values the halves are no detour.
+    let is_linear = !matches!(method, Method::L1(_) | Method::Denoised(_));
+    let seconds_halves = if is_linear {
+        0.0
+    } else {
+        start.elapsed().as_secs_f64()
+    };
+    let (picture, solution) = if is_linear {
+        (source.merge(&halves), solution)
+    } else {
+        let [a, b] = [0, 1].map(|half| source.images(half));
+        solve(Images {
+            primal: source.merge(&[a.primal, b.primal]),
+            dx: source.merge(&[a.dx, b.dx]),
+            dy: source.merge(&[a.dy, b.dy]),
+        })
     };
     Reconstruction {
         picture,
         halves: Some(halves),
+        unbiased: matches!(method, Method::Denoised(_))
+            .then(|| [0, 1].map(|half| source.images(half).primal)),
         solution,
+        seconds_halves,
     }
 }

@@ -28,9 +28,11 @@ const DISAGREEMENT: f32 = 0.125;
 const FLOOR: f32 = 1e-2;
 /// No variance is taken to be less than this share of the primal's mean variance.
 const LEAST_SHARE: f32 = 1e-5;
+/// So no weight is larger.
+pub(super) const LARGEST: f32 = 1.0 / LEAST_SHARE;
 /// Accuracy of the solve. As squares, what is left is about a hundredth of the picture's own noise
 /// (cornell at 256x256 and at 1920x1080), a tenth where light is rare (ajar).
-const TOLERANCE: f64 = 1.5e-3;
+pub(super) const TOLERANCE: f64 = 1.5e-3;
 /// Fewer samples in a half do not tell a variance.
 pub(super) const LEAST_SAMPLES: u64 = 2;
 
@@ -41,13 +43,10 @@ pub(super) fn solve(source: &Source) -> ([Image; 2], Solution) {
     let poisson = ScreenedPoisson::new(width, height);
     let mut ended = Solution::default();
     for channel in 0..3 {
-        let mut halves = [0, 1].map(|half| (source.planes)(half, channel));
-        let [disagree_x, disagree_y] = disagreement(&halves);
-        for half in &mut halves {
-            fill_last_differences(half, width);
-        }
+        let halves = [0, 1].map(|half| (source.planes)(half, channel));
         for (values, weights) in [(0, 1), (1, 0)] {
-            let operator = operator(&halves[weights], (&disagree_x, &disagree_y), width);
+            let Weights { primal, dx, dy, .. } = Weights::new(&halves, weights, width);
+            let operator = Operator::new(width, primal, dx, dy);
             let Planes { primal, dx, dy, .. } = &halves[values];
             let picture = &mut pictures[values].channels[channel];
             // L2 has the low frequencies nearly right, which take the most steps.
@@ -70,7 +69,7 @@ fn disagreement([a, b]: &[Planes; 2]) -> [Vec<f32>; 2] {
 
 /// Differences across the border do not exist and have no variance: the neighbours' is put there, or
 /// smoothing would carry the 0 inside.
-fn fill_last_differences(planes: &mut Planes, width: usize) {
+pub(super) fn fill_last_differences(planes: &mut Planes, width: usize) {
     if width > 1 {
         for row in planes.dx_variance.chunks_mut(width) {
             row[width - 1] = row[width - 2];
@@ -84,28 +83,55 @@ fn fill_last_differences(planes: &mut Planes, width: usize) {
     }
 }
 
-/// The inverse variances of one half as weights.
-fn operator(half: &Planes, (disagree_x, disagree_y): (&[f32], &[f32]), width: usize) -> Operator {
-    let mut v = smoothed(&half.primal_variance, width);
-    let mut wx = smoothed(&half.dx_variance, width);
-    let mut wy = smoothed(&half.dy_variance, width);
-    let add = |w: &mut [f32], d: &[f32]| {
-        w.par_iter_mut().zip(d).for_each(|(w, d)| *w += d);
-    };
-    add(&mut wx, disagree_x);
-    add(&mut wy, disagree_y);
-    // In units of the primal's variance, so that the weights are of order 1 for any scene.
-    let unit = [&v, &wx, &wy]
-        .into_iter()
-        .map(|w| mean(w))
-        .find(|&m| m > 0.0)
-        .unwrap_or(1.0);
-    for w in [&mut v, &mut wx, &mut wy] {
-        // Weights beyond this would drown the others in the rounding of 32-bit floats.
-        let floor = (FLOOR * mean(w)).max(LEAST_SHARE * unit);
-        w.par_iter_mut().for_each(|w| *w = unit / (*w + floor));
+/// The inverse variances of one half.
+pub(super) struct Weights {
+    /// Of the primal.
+    pub(super) primal: Vec<f32>,
+    /// Of the differences to the right.
+    pub(super) dx: Vec<f32>,
+    /// Of the differences downwards.
+    pub(super) dy: Vec<f32>,
+    /// The variance whose weight is 1, so that weights are of order 1 for any scene.
+    pub(super) unit: f32,
+}
+
+impl Weights {
+    /// Those of half `of`; what the halves disagree about takes from them.
+    pub(super) fn new(halves: &[Planes; 2], of: usize, width: usize) -> Self {
+        let [disagree_x, disagree_y] = disagreement(halves);
+        let mut half = Planes {
+            primal_variance: halves[of].primal_variance.clone(),
+            dx_variance: halves[of].dx_variance.clone(),
+            dy_variance: halves[of].dy_variance.clone(),
+            ..Planes::default()
+        };
+        fill_last_differences(&mut half, width);
+        let mut v = smoothed(&half.primal_variance, width);
+        let mut wx = smoothed(&half.dx_variance, width);
+        let mut wy = smoothed(&half.dy_variance, width);
+        let add = |w: &mut [f32], d: &[f32]| {
+            w.par_iter_mut().zip(d).for_each(|(w, d)| *w += d);
+        };
+        add(&mut wx, &disagree_x);
+        add(&mut wy, &disagree_y);
+        // In units of the primal's variance.
+        let unit = [&v, &wx, &wy]
+            .into_iter()
+            .map(|w| mean(w))
+            .find(|&m| m > 0.0)
+            .unwrap_or(1.0);
+        for w in [&mut v, &mut wx, &mut wy] {
+            // Weights beyond this would drown the others in the rounding of 32-bit floats.
+            let floor = (FLOOR * mean(w)).max(LEAST_SHARE * unit);
+            w.par_iter_mut().for_each(|w| *w = unit / (*w + floor));
+        }
+        Self {
+            primal: v,
+            dx: wx,
+            dy: wy,
+            unit,
+        }
     }
-    Operator::new(width, v, wx, wy)
 }
 
 fn smoothed(variance: &[f32], width: usize) -> Vec<f32> {

@@ -29,6 +29,8 @@ struct Plan<'a> {
     store: Store,
     /// What is done with the film of gradient-domain path tracing.
     reconstructions: Vec<reconstruct::Method>,
+    /// What is made of path tracing's primal.
+    primals: Vec<reconstruct::Method>,
     tracings: Vec<Tracing>,
     run_seconds: f64,
     reference_seconds: f64,
@@ -97,16 +99,28 @@ impl<'a> Plan<'a> {
                 return Err(Error::input(path, None, message));
             }
         }
-        let mut reconstructions = Vec::new();
+        let pool = thread_pool(args.threads)?;
+        let (mut reconstructions, mut primals) = (Vec::new(), Vec::new());
         for method in distinct(&args.methods) {
             let flag = match method {
-                ChartMethod::Pt => continue,
+                ChartMethod::Pt => Reconstruct::None,
+                ChartMethod::PtOidn => Reconstruct::Oidn,
                 ChartMethod::L2 => Reconstruct::L2,
                 ChartMethod::L1 => Reconstruct::L1,
                 ChartMethod::Weighted => Reconstruct::Weighted,
+                ChartMethod::Guided => Reconstruct::Guided,
+                ChartMethod::Mix => Reconstruct::Mix,
+                ChartMethod::Oidn => Reconstruct::Oidn,
             };
-            let alpha = args.alpha.filter(|_| flag != Reconstruct::Weighted);
-            reconstructions.push(reconstruction(flag, alpha, &mut Warnings::new(true))?);
+            let alpha = args
+                .alpha
+                .filter(|_| matches!(flag, Reconstruct::L2 | Reconstruct::L1));
+            let threads = pool.current_num_threads();
+            let made = reconstruction(flag, alpha, threads, &mut Warnings::new(true))?;
+            match method {
+                ChartMethod::Pt | ChartMethod::PtOidn => primals.push(made),
+                _ => reconstructions.push(made),
+            }
         }
         let mut tracings = Vec::new();
         for backend in distinct(&args.backends) {
@@ -115,7 +129,7 @@ impl<'a> Plan<'a> {
                 weights,
                 backend,
             };
-            if args.methods.contains(&ChartMethod::Pt) {
+            if !primals.is_empty() {
                 tracings.push(tracing(Method::Pt, Weights::Mis));
             }
             if !reconstructions.is_empty() {
@@ -133,9 +147,10 @@ impl<'a> Plan<'a> {
         let run_seconds = args.time.as_secs_f64();
         Ok(Self {
             args,
-            pool: thread_pool(args.threads)?,
+            pool,
             store,
             reconstructions,
+            primals,
             tracings,
             run_seconds,
             reference_seconds: args

@@ -12,7 +12,6 @@ use crate::output::colour_map;
 use crate::output::png::Pixels;
 use crate::picture;
 use crate::progress::Steps;
-use crate::reconstruct;
 use crate::render::Method;
 use crate::scene::Scene;
 use crate::trace::{Backend, Traverse};
@@ -156,10 +155,9 @@ impl Plan<'_> {
         references: References,
         (scene_hash, reference_hash): (u64, u64),
     ) -> Result<Option<(Vec<Row>, Vec<Image>)>> {
-        let primal = [reconstruct::Method::Primal];
         let reconstructions = match run.tracing.method {
-            Method::Pt => &primal[..],
-            Method::Gpt => &self.reconstructions[..],
+            Method::Pt => &self.primals,
+            Method::Gpt => &self.reconstructions,
         };
         let what = format!(
             "{name}-{}-{}-{}",

@@ -33,8 +33,10 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
             "--roughness-threshold must be from 0 to 1".into(),
         ));
     }
-    if args.method == Method::Pt && args.reconstruct.is_some_and(|r| r != Reconstruct::None) {
-        let message = "--reconstruct needs gradients, which --method pt does not have";
+    let of_gradients = |r| !matches!(r, Reconstruct::None | Reconstruct::Oidn);
+    if args.method == Method::Pt && args.reconstruct.is_some_and(of_gradients) {
+        let message =
+            "--reconstruct needs gradients, which --method pt does not have (none and oidn do not)";
         return Err(Error::Setting(message.into()));
     }
     Ok(Limits {

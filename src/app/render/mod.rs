@@ -88,7 +88,8 @@ fn render_scene(
     let preview = preview.transpose()?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
-    let method = reconstruction(reconstruct(args), args.alpha, &mut warnings)?;
+    let threads = pool.current_num_threads();
+    let method = reconstruction(reconstruct(args), args.alpha, threads, &mut warnings)?;
 
     // Scene.
     let start = Instant::now();
@@ -382,7 +383,9 @@ fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scen
 /// The method of reconstruction that is meant where none is named.
 fn reconstruct(args: &RenderArgs) -> Reconstruct {
     args.reconstruct.unwrap_or(match args.method {
+        Method::Pt if args.denoise => Reconstruct::Oidn,
         Method::Pt => Reconstruct::None,
+        Method::Gpt if args.denoise => Reconstruct::Guided,
         Method::Gpt => Reconstruct::Weighted,
     })
 }
