@@ -1,6 +1,6 @@
 //! Pixel filters by importance: the position inside or around the pixel is drawn from the filter, so that
 //! every sample counts the same, or with the sign of the filter where it is negative. All pixels of a pass
-//! share the position, as the offset paths need it (method.md section 4).
+//! share the position, as the offset paths need it.
 
 use statrs::function::erf::{erf, erf_inv};
 

@@ -1,5 +1,5 @@
 //! The gradient estimate: what one base path and its offset path add to a difference of two pixels
-//! (Kettunen et al. 2015, sections 5.1 and 5.3; method.md section 2).
+//! (Kettunen et al. 2015, sections 5.1 and 5.3).
 
 use crate::lanes::{Float, Vector, positive};
 

@@ -41,7 +41,7 @@
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | load, sampler, filter, trace, gradient, render, reconstruct, output, tone, exposure |
+//! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
 //! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch |
 //!

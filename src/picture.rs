@@ -89,19 +89,12 @@ pub fn of_film(film: &Film, method: Method) -> Picture {
     picture
 }
 
-/// As the flags have it, for the header and the summary.
+/// As the flags have it, for the header and the summary: the name, and α where there is one.
 pub fn describe(method: Method) -> (&'static str, String) {
-    let text = |alpha| match alpha {
-        Alpha::Fixed(alpha) => alpha.to_string(),
-        Alpha::Auto => "auto".into(),
+    let alpha = match method {
+        Method::L2(Alpha::Fixed(alpha)) | Method::L1(Alpha::Fixed(alpha)) => alpha.to_string(),
+        Method::L2(Alpha::Auto) | Method::L1(Alpha::Auto) => "auto".into(),
+        _ => String::new(),
     };
-    match method {
-        Method::Weighted => ("weighted", String::new()),
-        Method::L2(alpha) => ("l2", text(alpha)),
-        Method::L1(alpha) => ("l1", text(alpha)),
-        Method::Guided(_) => ("guided", String::new()),
-        Method::Mix(_) => ("mix", String::new()),
-        Method::Denoised(_) => ("oidn", String::new()),
-        Method::Primal => ("none", String::new()),
-    }
+    (method.kind().name(), alpha)
 }

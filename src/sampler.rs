@@ -70,7 +70,7 @@ impl Sampler {
     }
 
     /// The numbers of sample `sample` that all pixels share: one position inside the pixel for the
-    /// whole pass, so that an offset path's primary hit is the neighbour's (method.md section 4).
+    /// whole pass, so that an offset path's primary hit is the neighbour's.
     #[inline]
     pub fn for_pass(points: Points, seed: u64, sample: u64) -> Self {
         Self::new(points, seed, 0, sample)

@@ -1,5 +1,5 @@
 //! The shift: how an offset path follows its base path, vertex by vertex (Kettunen et al. 2015,
-//! section 5.2; method.md section 3).
+//! section 5.2).
 //!
 //! Every decision is symmetric: seen from the offset path, with base and offset exchanged, it comes out
 //! the same, so that T_ji(T_ij(x)) = x.

@@ -9,7 +9,7 @@ pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
 
-use crate::cli::{EnvironmentFlag, ReadingArgs, Reconstruct, SizeFlag};
+use crate::cli::{EnvironmentFlag, ReadingArgs, SizeFlag};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warnings};
 use crate::film::BYTES_PER_PIXEL;
@@ -18,8 +18,9 @@ use crate::load::environment::{Background, EnvironmentTable, Model};
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
-use crate::reconstruct::{Alpha, Method, PAPER_ALPHA};
+use crate::reconstruct::{Alpha, Kind, Method, PAPER_ALPHA};
 use crate::scene::framing::Open;
+use crate::scene::material::ROUGHNESS_THRESHOLD;
 use crate::scene::smoothing;
 use crate::scene::{EnvironmentSetting, Scene, SceneSettings};
 use crate::trace::{Backend, Traverse};
@@ -117,9 +118,6 @@ const COVERAGE: &str = "coverage.A";
 const HALF_A: &str = "half_a.";
 const MAX_THREADS: usize = 1024;
 const DEFAULT_SIZE: u32 = 512;
-/// Vertices at most this rough copy half vectors. Chosen by the last table of scenes/failures/README.md:
-/// up to 0.01 that has 0.6 to 0.7 of the error of reconnecting; at 0.0225, on scenes/mirrors.obj, 1.2 times.
-pub const ROUGHNESS_THRESHOLD: f32 = 0.01;
 
 /// Reads the OBJ and the TOML beside it.
 fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result<Scene> {
@@ -174,23 +172,23 @@ fn settle(scene: &mut Scene, tracer: &dyn Traverse, warnings: &mut Warnings) -> 
 
 /// The method that the flags name, with a denoiser of so many threads.
 fn reconstruction(
-    reconstruct: Reconstruct,
+    kind: Kind,
     alpha: Option<Alpha>,
     threads: usize,
     warnings: &mut Warnings,
 ) -> Result<Method> {
-    if alpha.is_some() && !matches!(reconstruct, Reconstruct::L2 | Reconstruct::L1) {
+    if alpha.is_some() && !kind.has_alpha() {
         warnings.push("--alpha matters for --reconstruct l2 and l1 alone")?;
     }
     let alpha = alpha.unwrap_or(Alpha::Fixed(PAPER_ALPHA));
-    Ok(match reconstruct {
-        Reconstruct::Weighted => Method::Weighted,
-        Reconstruct::L2 => Method::L2(alpha),
-        Reconstruct::L1 => Method::L1(alpha),
-        Reconstruct::Guided => Method::Guided(Denoiser::get(threads)?),
-        Reconstruct::Mix => Method::Mix(Denoiser::get(threads)?),
-        Reconstruct::Oidn => Method::Denoised(Denoiser::get(threads)?),
-        Reconstruct::None => Method::Primal,
+    Ok(match kind {
+        Kind::Weighted => Method::Weighted,
+        Kind::L2 => Method::L2(alpha),
+        Kind::L1 => Method::L1(alpha),
+        Kind::Guided => Method::Guided(Denoiser::get(threads)?),
+        Kind::Mix => Method::Mix(Denoiser::get(threads)?),
+        Kind::Oidn => Method::Denoised(Denoiser::get(threads)?),
+        Kind::None => Method::Primal,
     })
 }
 

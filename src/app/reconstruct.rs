@@ -2,7 +2,7 @@
 
 use super::{COVERAGE, Ended, HALF_A, check_same_size, coverage_channel};
 use super::{reconstruction, thread_pool};
-use crate::cli::{Reconstruct, ReconstructArgs};
+use crate::cli::ReconstructArgs;
 use crate::denoise::Features;
 use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
@@ -17,7 +17,7 @@ use crate::output::format::Format;
 use crate::output::stats::{Shown, solving};
 use crate::picture::{self, Direct};
 use crate::progress::Reporter;
-use crate::reconstruct::{Alpha, Solution, Source};
+use crate::reconstruct::{Alpha, Kind, Solution, Source};
 use std::path::Path;
 
 /// What the files hold.
@@ -59,15 +59,17 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
 
     // Method.
     let has_halves = input.second.is_some();
-    let reconstruct = match args.reconstruct {
-        Some(Reconstruct::Weighted | Reconstruct::Guided | Reconstruct::Mix) if !has_halves => {
-            let message =
-                "weighted, guided and mix need the two halves that a render's own file has";
-            return Err(Error::Setting(message.into()));
+    let kind = match args.reconstruct {
+        Some(kind) if kind.needs_halves() && !has_halves => {
+            let message = format!(
+                "{} needs the two halves that a render's own file has",
+                kind.name()
+            );
+            return Err(Error::Setting(message));
         }
-        Some(reconstruct) => reconstruct,
-        None if has_halves => Reconstruct::Weighted,
-        None => Reconstruct::L2,
+        Some(kind) => kind,
+        None if has_halves => Kind::Weighted,
+        None => Kind::L2,
     };
     if args.alpha == Some(Alpha::Auto) && !has_halves {
         let message = "--alpha auto needs the variances that a render's own file has";
@@ -75,7 +77,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     }
     let mut warnings = Warnings::new(false);
     let threads = pool.current_num_threads();
-    let method = reconstruction(reconstruct, args.alpha, threads, &mut warnings)?;
+    let method = reconstruction(kind, args.alpha, threads, &mut warnings)?;
     Reporter::new(args.quiet).warnings(warnings.list());
 
     // Picture.

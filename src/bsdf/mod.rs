@@ -20,10 +20,11 @@ use crate::lanes::Vector;
 use dielectric::Glass;
 use glam::Vec3;
 use plastic::{Coat, Plastic};
+use serde::Serialize;
 use thin::Pane;
 
 /// How a material scatters light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Bsdf {
     /// Lambert, two-sided.
     Lambert {
@@ -84,7 +85,7 @@ pub enum Bsdf {
 }
 
 /// The values of a material that textures may give, point by point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Texel {
     /// What [`Bsdf::colour`] is.
     pub colour: Vec3,

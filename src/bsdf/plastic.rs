@@ -14,11 +14,12 @@ use super::{Evals, Samples, ggx};
 use crate::lanes::{Float, LANES, Mask, Vector, positive};
 use crate::warp;
 use glam::Vec3;
+use serde::Serialize;
 use std::f32::consts::FRAC_1_PI;
 use std::sync::LazyLock;
 
 /// What lies over the Lambert part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Coat {
     /// The dielectric's reflectance at normal incidence.
     pub f0: f32,

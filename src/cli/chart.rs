@@ -3,10 +3,11 @@
 use super::ReadingArgs;
 use super::values::{SizeFlag, alpha, duration, size};
 use crate::gradient::Weights;
-use crate::reconstruct::Alpha;
+use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
 use crate::sampler::Points;
 use crate::trace::Backend;
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -98,24 +99,43 @@ pub struct ChartArgs {
     pub quiet: bool,
 }
 
-/// What a chart measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
-pub enum ChartMethod {
-    /// Path tracing.
-    Pt,
-    /// Gradient-domain path tracing, reconstructed by L2.
-    L2,
-    /// The same by L1.
-    L1,
-    /// The same, weighted.
-    Weighted,
-    /// The same, with a denoiser as a second witness.
-    Guided,
-    /// The same, the mean of weighted and denoised pictures.
-    Mix,
-    /// The same, its primal denoised.
-    Oidn,
-    /// Path tracing, denoised.
-    #[value(name = "pt+oidn")]
-    PtOidn,
+/// What a chart measures: how paths are traced, and what is made of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ChartMethod {
+    /// How paths are traced.
+    pub tracing: Method,
+    /// How the picture is made.
+    pub kind: Kind,
+}
+
+const fn chart_method(tracing: Method, kind: Kind) -> ChartMethod {
+    ChartMethod { tracing, kind }
+}
+
+impl ValueEnum for ChartMethod {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [ChartMethod; 8] = [
+            chart_method(Method::Pt, Kind::None),
+            chart_method(Method::Pt, Kind::Oidn),
+            chart_method(Method::Gpt, Kind::L2),
+            chart_method(Method::Gpt, Kind::L1),
+            chart_method(Method::Gpt, Kind::Weighted),
+            chart_method(Method::Gpt, Kind::Guided),
+            chart_method(Method::Gpt, Kind::Mix),
+            chart_method(Method::Gpt, Kind::Oidn),
+        ];
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match (self.tracing, self.kind) {
+            (Method::Pt, Kind::Oidn) => ("pt+oidn", "Path tracing, denoised"),
+            (Method::Pt, _) => ("pt", "Path tracing"),
+            (Method::Gpt, kind) => (
+                kind.name(),
+                "Gradient-domain path tracing, so reconstructed",
+            ),
+        };
+        Some(PossibleValue::new(name).help(help))
+    }
 }

@@ -18,7 +18,7 @@ pub use compare::CompareArgs;
 pub use info::InfoArgs;
 pub use manual::{CompletionsArgs, ManArgs};
 pub use reading::ReadingArgs;
-pub use reconstruct::{Reconstruct, ReconstructArgs};
+pub use reconstruct::ReconstructArgs;
 pub use render::RenderArgs;
 pub use spectrum::SpectrumArgs;
 pub use values::{EnvironmentFlag, SizeFlag};

@@ -3,9 +3,9 @@
 use super::values::alpha;
 use crate::exposure::Exposure;
 use crate::output::format::Format;
-use crate::reconstruct::Alpha;
+use crate::reconstruct::{Alpha, Kind};
 use crate::tone::Tone;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 
 /// `gdpt reconstruct`
@@ -49,7 +49,7 @@ pub struct ReconstructArgs {
 
     /// How the picture is made [default: weighted, or l2 from three files]
     #[arg(long)]
-    pub reconstruct: Option<Reconstruct>,
+    pub reconstruct: Option<Kind>,
 
     /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
     /// variances [default: 0.2]
@@ -76,23 +76,4 @@ pub struct ReconstructArgs {
     /// Print errors only
     #[arg(long)]
     pub quiet: bool,
-}
-
-/// How the picture is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
-pub enum Reconstruct {
-    /// Least squares, each value weighted by its own variance.
-    Weighted,
-    /// Least squares with one weight, exactly; unbiased.
-    L2,
-    /// Least absolute residuals; robust, slightly biased.
-    L1,
-    /// Weighted, with Open Image Denoise as a second witness of differences, as far as the samples believe it.
-    Guided,
-    /// The mean of weighted and denoised pictures, pixel by pixel by their errors; nearly unbiased.
-    Mix,
-    /// The primal, denoised by Open Image Denoise; biased.
-    Oidn,
-    /// The primal as it is.
-    None,
 }

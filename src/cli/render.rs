@@ -1,7 +1,6 @@
 //! `gdpt render`: definitions.
 
 use super::ReadingArgs;
-use super::reconstruct::Reconstruct;
 use super::values::{
     EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, positive, size, sun,
     up, vector,
@@ -12,9 +11,10 @@ use crate::gradient::Weights;
 use crate::load::environment::Background;
 use crate::load::sidecar::{Up, View};
 use crate::output::format::Format;
-use crate::reconstruct::Alpha;
+use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
 use crate::sampler::Points;
+use crate::scene::material::ROUGHNESS_THRESHOLD;
 use crate::tone::Tone;
 use crate::trace::Backend;
 use clap::Args;
@@ -219,7 +219,7 @@ pub struct RenderArgs {
 
     /// How the picture is made of primal and gradients [default: weighted for gpt, none for pt]
     #[arg(help_heading = METHOD, long)]
-    pub reconstruct: Option<Reconstruct>,
+    pub reconstruct: Option<Kind>,
 
     /// A cleaner picture by Open Image Denoise: --reconstruct guided, or oidn with --method pt
     #[arg(help_heading = METHOD, long, conflicts_with = "reconstruct")]
@@ -239,7 +239,7 @@ pub struct RenderArgs {
     pub depth: u32,
 
     /// Surfaces of at most this GGX roughness (alpha) copy half vectors and take no light samples
-    #[arg(help_heading = METHOD, long, default_value_t = 0.01)]
+    #[arg(help_heading = METHOD, long, default_value_t = ROUGHNESS_THRESHOLD)]
     pub roughness_threshold: f32,
 
     /// Seed of the random numbers

@@ -1,4 +1,4 @@
-//! How far an image is from references (method.md section 8).
+//! How far an image is from references.
 //!
 //! With two independent references R₁ and R₂, (I − R₁)(I − R₂) is an unbiased estimate of (I − R)²: their
 //! own noise cancels. With one, its noise counts as error.

@@ -1,4 +1,4 @@
-//! The film: sums over all samples, in two independent halves (method.md section 5).
+//! The film: sums over all samples, in two independent halves.
 //!
 //! It is kept tile by tile, so that threads never share memory. A difference between two pixels is the
 //! sum of what the base paths of both say; at the border of a tile the second part belongs to the

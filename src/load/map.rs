@@ -1,6 +1,7 @@
 //! Texture statements of MTL files (`map_Kd -s 2 2 wood.png`), and where their files are.
 
 use super::bitmap::Bitmap;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ pub struct MapStatement {
 }
 
 /// The channel of an image that a scalar parameter takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 pub enum Channel {
     /// The alpha channel for opacity where the image has one, else the luminance.
     #[default]

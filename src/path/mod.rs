@@ -1,7 +1,7 @@
 //! Base and offset paths of a tile, traced together: at each vertex a light step, then a bounce step,
 //! each a few batches of rays of one kind.
 //!
-//! The estimator is that of method.md section 2, carried in ratios: F = f(x)/p(x) for the base path,
+//! The estimator is carried in ratios: F = f(x)/p(x) for the base path,
 //! [`Carried`](crate::shift::Carried) for what an offset path adds to it.
 
 mod bounce;

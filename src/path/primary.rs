@@ -1,5 +1,5 @@
 //! The primary step: one camera ray for each pixel and sample serves the pixel's base path and the
-//! offset paths of its four neighbours (method.md section 4).
+//! offset paths of its four neighbours.
 
 use super::{BasePath, Context, PathSettings, Tile, Wavefront, or_dead, trace_closest};
 use crate::gradient::Neighbour;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// Smoothing of the squared disagreement, in pixels. One disagreement has one degree of freedom.
 const SMOOTHING: f32 = 3.0;
-/// In relMSE: added to the square of the picture (method.md section 8).
+/// In relMSE: added to the square of the picture.
 const EPSILON: f32 = 0.01;
 
 /// The error of a picture.

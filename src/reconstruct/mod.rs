@@ -1,5 +1,5 @@
 //! Reconstruction: the picture whose values fit the primal and whose differences fit dx and dy, by a
-//! screened Poisson equation (Kettunen et al. 2015, section 4; method.md section 6).
+//! screened Poisson equation (Kettunen et al. 2015, section 4).
 
 mod blur;
 mod conjugate_gradient;
@@ -15,9 +15,29 @@ mod weighted;
 use crate::denoise::{Denoiser, Features};
 use crate::estimate::Planes;
 use crate::image::Image;
+use clap::ValueEnum;
 use std::time::Instant;
 
-/// How the picture is made.
+/// The ways to make a picture, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub enum Kind {
+    /// Least squares, each value weighted by its own variance.
+    Weighted,
+    /// Least squares with one weight, exactly; unbiased.
+    L2,
+    /// Least absolute residuals; robust, slightly biased.
+    L1,
+    /// Weighted, with Open Image Denoise as a second witness of differences, as far as the samples believe it.
+    Guided,
+    /// The mean of weighted and denoised pictures, pixel by pixel by their errors; nearly unbiased.
+    Mix,
+    /// The primal, denoised by Open Image Denoise; biased.
+    Oidn,
+    /// The primal as it is.
+    None,
+}
+
+/// How the picture is made, with all that needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// Least squares, each value weighted by its own variance.
@@ -36,13 +56,53 @@ pub enum Method {
     Primal,
 }
 
+impl Kind {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Weighted => "weighted",
+            Kind::L2 => "l2",
+            Kind::L1 => "l1",
+            Kind::Guided => "guided",
+            Kind::Mix => "mix",
+            Kind::Oidn => "oidn",
+            Kind::None => "none",
+        }
+    }
+
+    /// Whether α matters.
+    pub fn has_alpha(self) -> bool {
+        matches!(self, Kind::L2 | Kind::L1)
+    }
+
+    /// Whether it needs differences.
+    pub fn needs_gradients(self) -> bool {
+        !matches!(self, Kind::Oidn | Kind::None)
+    }
+
+    /// Whether it needs two halves of the samples.
+    pub fn needs_halves(self) -> bool {
+        matches!(self, Kind::Weighted | Kind::Guided | Kind::Mix)
+    }
+}
+
 impl Method {
+    /// Which way it is.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Method::Weighted => Kind::Weighted,
+            Method::L2(_) => Kind::L2,
+            Method::L1(_) => Kind::L1,
+            Method::Guided(_) => Kind::Guided,
+            Method::Mix(_) => Kind::Mix,
+            Method::Denoised(_) => Kind::Oidn,
+            Method::Primal => Kind::None,
+        }
+    }
+
     /// Whether a denoiser has a part in it.
     pub fn denoises(&self) -> bool {
-        matches!(
-            self,
-            Method::Guided(_) | Method::Mix(_) | Method::Denoised(_)
-        )
+        matches!(self.kind(), Kind::Guided | Kind::Mix | Kind::Oidn)
     }
 }
 
@@ -160,7 +220,7 @@ impl Source<'_> {
         }
     }
 
-    /// ‖G‖²/‖F‖² from the variances, as a root: what α should be (notes, section 3.2).
+    /// ‖G‖²/‖F‖² from the variances, as a root: what α should be: then both count by their variance.
     fn alpha(&self, alpha: Alpha) -> f32 {
         match alpha {
             Alpha::Fixed(alpha) => alpha,

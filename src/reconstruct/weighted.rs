@@ -1,5 +1,4 @@
-//! Weighted least squares: every pixel and every difference counts by its own variance (method.md
-//! section 6).
+//! Weighted least squares: every pixel and every difference counts by its own variance.
 //!
 //! The film's two halves are independent. Weights from the variances of one half go with the values of
 //! the other, and the other way round: so weights are independent of the noise that they weigh, and the

@@ -4,10 +4,11 @@ use crate::error::{Error, Result};
 use crate::lanes::Vec3x8;
 use crate::warp;
 use glam::{Quat, Vec2, Vec3};
+use serde::Serialize;
 use wide::f32x8;
 
 /// A camera and the size of its film.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Camera {
     /// Pixels across.
     pub width: u32,
@@ -28,7 +29,7 @@ pub struct Camera {
 }
 
 /// A thin lens.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Lens {
     radius: f32,
     /// Distance along the view of the plane in focus.

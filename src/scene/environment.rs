@@ -3,11 +3,12 @@
 use super::texture::Texture;
 use crate::load::bitmap::Bitmap;
 use glam::{Vec2, Vec3};
+use serde::Serialize;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// Radiance that arrives from every direction in which there is nothing.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub enum Environment {
     /// The same from everywhere; black for none. It is not sampled as a light: the directions that BSDF
     /// sampling draws fit it as well as any could.
@@ -47,7 +48,7 @@ pub enum MapKind {
 }
 
 /// Which way is up, and where the front is: unit vectors along the coordinate axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Axes {
     /// To the right for who looks at the front.
     pub right: Vec3,
@@ -283,10 +284,15 @@ fn invert(cumulative: &[f32], u: f32) -> (usize, f32) {
     (index, inside.clamp(0.0, 1.0 - f32::EPSILON))
 }
 
-/// What the scene's hash is made of.
+/// For the scene's hash: what all else is made of.
+impl Serialize for EnvironmentMap {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (&self.texture, self.scale, self.rotation, self.axes).serialize(serializer)
+    }
+}
+
 impl std::fmt::Debug for EnvironmentMap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let place = (self.scale, self.rotation, self.axes);
-        write!(f, "EnvironmentMap({:?} {place:?})", self.texture)
+        write!(f, "EnvironmentMap of a {:?}", self.texture)
     }
 }

@@ -6,6 +6,7 @@ use crate::geometry::offset_distance;
 use crate::lanes::{LANES, Vec3x8, positive, set_lanes};
 use crate::load::obj::{NONE, ObjFile};
 use glam::{Vec2, Vec3};
+use serde::Serialize;
 use wide::f32x8;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -332,9 +333,15 @@ impl Mesh {
             .chain(corners.map(Vec::len));
         lengths.for_each(|n| hasher.update(&(n as u64).to_le_bytes()));
         if let Some(cutouts) = &self.cutouts {
-            hasher.update(format!("{cutouts:?}").as_bytes());
+            hash_bytes(hasher, &(cutouts.first, &cutouts.opacity));
         }
     }
+}
+
+/// Adds a value by its bytes: the names of its fields do not matter.
+pub(super) fn hash_bytes(hasher: &mut Xxh3, value: &impl Serialize) {
+    let bytes = postcard::to_stdvec(value).expect("the types here have no length that is unknown");
+    hasher.update(&bytes);
 }
 
 /// Moves the triangles with holes to the end, in their order.

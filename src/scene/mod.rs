@@ -70,7 +70,7 @@ pub struct Scene {
 }
 
 /// What the user asked for beside the OBJ: TOML and flags, merged.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct SceneSettings {
     /// Camera values; what is absent is framed automatically.
     pub camera: CameraTable,
@@ -80,6 +80,17 @@ pub struct SceneSettings {
     pub environment: EnvironmentSetting,
     /// Vertices at most this rough are of class specular.
     pub roughness_threshold: f32,
+}
+
+impl Default for SceneSettings {
+    fn default() -> Self {
+        Self {
+            camera: CameraTable::default(),
+            size: (0, 0),
+            environment: EnvironmentSetting::default(),
+            roughness_threshold: material::ROUGHNESS_THRESHOLD,
+        }
+    }
 }
 
 impl Scene {
@@ -196,7 +207,7 @@ impl Scene {
         let mut hasher = Xxh3::new();
         self.mesh.hash_into(&mut hasher);
         let rest = (&self.materials, &self.environment, &self.camera);
-        hasher.update(format!("{rest:?}").as_bytes());
+        mesh::hash_bytes(&mut hasher, &rest);
         hasher.update(&[u8::from(self.shows_environment())]);
         hasher.digest()
     }

@@ -3,6 +3,7 @@
 use crate::load::bitmap::{Bitmap, Texels};
 use crate::load::map::{Channel, MapStatement};
 use glam::{Vec2, Vec3};
+use serde::Serialize;
 use std::sync::{Arc, LazyLock};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -21,7 +22,7 @@ pub struct Texture {
 }
 
 /// What the values of a picture mean.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Meaning {
     /// Colours: sRGB in files with integers.
     Colour,
@@ -218,17 +219,19 @@ impl Texture {
     }
 }
 
-/// What the scene's hash is made of: the picture by its fingerprint.
-impl std::fmt::Debug for Texture {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+/// For the scene's hash: the picture by its fingerprint.
+impl Serialize for Texture {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let place = (self.scale, self.offset, self.clamp);
         let meaning = (self.meaning, self.channel);
-        let size = self.size();
-        write!(
-            f,
-            "Texture({size:?} {:016x} {place:?} {meaning:?})",
-            self.hash()
-        )
+        (self.size(), self.hash(), place, meaning).serialize(serializer)
+    }
+}
+
+impl std::fmt::Debug for Texture {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (width, height) = self.size();
+        write!(f, "Texture of {width}x{height}")
     }
 }
 

@@ -8,9 +8,10 @@ use crate::bsdf::{Bsdf, Texel, plastic};
 use crate::load::map::{Channel, MapStatement};
 use crate::load::mtl::MtlMaterial;
 use glam::{Vec2, Vec3};
+use serde::Serialize;
 
 /// The textures of a material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Textures {
     /// For [`Bsdf::colour`].
     pub colour: Option<Colour>,
@@ -29,7 +30,7 @@ pub struct Textures {
 }
 
 /// What gives a colour.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub enum Colour {
     /// A picture.
     Texture(Texture),
@@ -64,7 +65,7 @@ pub struct Place<'a> {
 }
 
 /// What gives the GGX alpha.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub enum Roughness {
     /// Roughness `Pr`, whose square it is.
     Pr(Texture),
@@ -100,7 +101,7 @@ impl Roughness {
 }
 
 /// What turns the shading normal.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub enum Relief {
     /// Normals in the frame of the texture: x to the right, y upwards, z outwards, each (1 + n)/2; and a factor
     /// on their slopes.

@@ -1,4 +1,4 @@
-//! The error theory against measurement (notes, section 3; method.md section 7): at which frequencies the
+//! The error theory against measurement: at which frequencies the
 //! errors of primal, of gradients and of the screened solve are, predicted from two variances and measured.
 //!
 //! Frequencies are in cycles per pixel. The spectra are those of means over the samples of a render, in

@@ -1,5 +1,5 @@
 //! The theory's own experiment: an image of one dimension over a path space of one more, on a torus where
-//! nothing has borders, sampled as the notes assume.
+//! nothing has borders, sampled as the theory assumes.
 //!
 //! f is a sum of waves, so that its spectrum is known; the shift T(x, p) = (x − 1, p) has Jacobian 1; the
 //! samples are a Poisson process, which is stationary. Then all formulas hold exactly.

@@ -16,8 +16,7 @@ pub fn difference_power(frequency: f64) -> f64 {
 }
 
 impl Variances {
-    /// The squared error of the screened solve where differences have the power `d2` = |D|² (notes,
-    /// section 3.2). With α = 0 that of gradients alone, which have no mean: infinite for d2 = 0.
+    /// The squared error of the screened solve where differences have the power `d2` = |D|². With α = 0 that of gradients alone, which have no mean: infinite for d2 = 0.
     pub fn screened(&self, alpha: f64, d2: f64) -> f64 {
         let screen = alpha * alpha;
         (screen * screen * self.primal + d2 * self.gradient) / (screen + d2).powi(2)

@@ -39,7 +39,7 @@ impl Model {
             origin: [0.3, 1.6, 2.6],
             target: [0.0, 0.4, 0.0],
             environment: 0.0,
-            roughness_threshold: gdpt::app::ROUGHNESS_THRESHOLD,
+            roughness_threshold: gdpt::scene::material::ROUGHNESS_THRESHOLD,
         };
         model.rectangle([-2.0, 0.0, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, -4.0], FLOOR);
         model.rectangle([-2.0, 0.0, -2.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0], WALL);

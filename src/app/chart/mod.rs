@@ -6,7 +6,7 @@ use super::{Ended, SceneFlags, distinct, load_with_camera, reconstruction, threa
 use crate::chart::report::SceneReport;
 use crate::chart::store::Store;
 use crate::chart::{Row, Tracing, curves, figures, name_of, report};
-use crate::cli::{ChartArgs, ChartMethod, Reconstruct};
+use crate::cli::ChartArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::gradient::Weights;
 use crate::load::scene_name;
@@ -102,24 +102,12 @@ impl<'a> Plan<'a> {
         let pool = thread_pool(args.threads)?;
         let (mut reconstructions, mut primals) = (Vec::new(), Vec::new());
         for method in distinct(&args.methods) {
-            let flag = match method {
-                ChartMethod::Pt => Reconstruct::None,
-                ChartMethod::PtOidn => Reconstruct::Oidn,
-                ChartMethod::L2 => Reconstruct::L2,
-                ChartMethod::L1 => Reconstruct::L1,
-                ChartMethod::Weighted => Reconstruct::Weighted,
-                ChartMethod::Guided => Reconstruct::Guided,
-                ChartMethod::Mix => Reconstruct::Mix,
-                ChartMethod::Oidn => Reconstruct::Oidn,
-            };
-            let alpha = args
-                .alpha
-                .filter(|_| matches!(flag, Reconstruct::L2 | Reconstruct::L1));
+            let alpha = args.alpha.filter(|_| method.kind.has_alpha());
             let threads = pool.current_num_threads();
-            let made = reconstruction(flag, alpha, threads, &mut Warnings::new(true))?;
-            match method {
-                ChartMethod::Pt | ChartMethod::PtOidn => primals.push(made),
-                _ => reconstructions.push(made),
+            let made = reconstruction(method.kind, alpha, threads, &mut Warnings::new(true))?;
+            match method.tracing {
+                Method::Pt => primals.push(made),
+                Method::Gpt => reconstructions.push(made),
             }
         }
         let mut tracings = Vec::new();

@@ -1,9 +1,10 @@
 //! What is refused before anything is allocated or rendered.
 
 use crate::app::picture_bytes;
-use crate::cli::{Reconstruct, RenderArgs};
+use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
 use crate::memory;
+use crate::reconstruct::Kind;
 use crate::render::{Limits, Method};
 
 const DEFAULT_SPP: u64 = 64;
@@ -33,8 +34,7 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
             "--roughness-threshold must be from 0 to 1".into(),
         ));
     }
-    let of_gradients = |r| !matches!(r, Reconstruct::None | Reconstruct::Oidn);
-    if args.method == Method::Pt && args.reconstruct.is_some_and(of_gradients) {
+    if args.method == Method::Pt && args.reconstruct.is_some_and(Kind::needs_gradients) {
         let message =
             "--reconstruct needs gradients, which --method pt does not have (none and oidn do not)";
         return Err(Error::Setting(message.into()));

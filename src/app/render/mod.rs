@@ -13,7 +13,7 @@ mod watching;
 
 use super::{Ended, EnvironmentFlags, SceneFlags, load_scene, reconstruction, settle, thread_pool};
 use crate::checkpoint::Progress;
-use crate::cli::{Reconstruct, RenderArgs};
+use crate::cli::RenderArgs;
 use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
 use crate::exposure::Metered;
@@ -25,7 +25,7 @@ use crate::output::stats::{Shown, Stats};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
-use crate::reconstruct;
+use crate::reconstruct::{self, Kind};
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
 use crate::trace::Traverse;
@@ -381,12 +381,12 @@ fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scen
 }
 
 /// The method of reconstruction that is meant where none is named.
-fn reconstruct(args: &RenderArgs) -> Reconstruct {
+fn reconstruct(args: &RenderArgs) -> Kind {
     args.reconstruct.unwrap_or(match args.method {
-        Method::Pt if args.denoise => Reconstruct::Oidn,
-        Method::Pt => Reconstruct::None,
-        Method::Gpt if args.denoise => Reconstruct::Guided,
-        Method::Gpt => Reconstruct::Weighted,
+        Method::Pt if args.denoise => Kind::Oidn,
+        Method::Pt => Kind::None,
+        Method::Gpt if args.denoise => Kind::Guided,
+        Method::Gpt => Kind::Weighted,
     })
 }
 
