@@ -89,11 +89,16 @@ pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
     }
 }
 
-/// Adds what a picture lacks of the primal's low frequencies.
+/// Gives a picture the primal's low frequencies, by a factor: what is black stays so.
 fn brighten(picture: &mut [f32], primal: &[f32], width: usize) {
-    let mut lacking: Vec<f32> = primal.iter().zip(&*picture).map(|(p, i)| p - i).collect();
-    blur_signed(&mut lacking, width, BRIGHTNESS);
-    picture.iter_mut().zip(lacking).for_each(|(i, d)| *i += d);
+    let (mut wanted, mut there) = (primal.to_vec(), picture.to_vec());
+    blur_signed(&mut wanted, width, BRIGHTNESS);
+    blur_signed(&mut there, width, BRIGHTNESS);
+    for ((value, wanted), there) in picture.iter_mut().zip(wanted).zip(there) {
+        if wanted > 0.0 && there > 0.0 {
+            *value *= wanted / there;
+        }
+    }
 }
 
 /// A witness with its differences, and the inverses of their squared errors.
