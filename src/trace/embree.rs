@@ -1,4 +1,4 @@
-//! The ring around Embree: the one Rust file with `unsafe`. Everything public here is safe.
+//! The ring around Embree: with `denoise.rs` the one file that has `unsafe`. Everything public here is safe.
 #![allow(unsafe_code)]
 
 use super::rays::{AnyBatch, ClosestBatch, HitBlock, RayBlock};
