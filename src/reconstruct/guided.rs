@@ -169,9 +169,9 @@ impl Observed {
     }
 }
 
-/// A weight whose variance is larger by this.
+/// A weight whose variance is larger by this; never 0, to be divided by.
 fn doubted(weight: f32, variance: f32) -> f32 {
-    weight / (1.0 + weight * variance)
+    (weight / (1.0 + weight * variance)).max(f32::MIN_POSITIVE)
 }
 
 /// How far a witness is to be believed, from 0 to 1: it is wrong at all scales where it is worse than the weighted
