@@ -3,23 +3,23 @@
 mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gdpt::bsdf::Lobe;
 use gdpt::film::{Film, Halves};
 use gdpt::filter::Filter;
-use gdpt::geometry;
+use gdpt::geometry::Seen;
 use gdpt::gradient::Weights;
+use gdpt::lanes::{LANES, Vec3x8};
 use gdpt::path::{PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 use gdpt::sampler::{Dimension, Points, Sampler};
 use gdpt::scene::Scene;
-use gdpt::scene::light::LightSample;
-use gdpt::shift::{self, Joint};
+use gdpt::shift::{self, JointsX8};
 use gdpt::sums::TileSums;
 use gdpt::trace::rays::{ClosestBatch, Ray};
 use gdpt::trace::{Backend, RayKind, Traverse};
-use gdpt::vertex::{End, Scattering, Vertex};
+use gdpt::vertex::{End, Vertex, VerticesX8};
 use std::hint::black_box;
+use wide::f32x8;
 
 const SETTINGS: PathSettings = PathSettings {
     depth: 12,
@@ -60,32 +60,38 @@ fn vertices(scene: &Scene, tracer: &dyn Traverse) -> Vec<(Vertex, Vertex)> {
         .collect()
 }
 
+/// Eight times each, as batches are.
 fn parts(c: &mut Criterion) {
     let scene = common::shipped("glossy");
     let tracer = Backend::DEFAULT.build(&scene.mesh, 1).expect("a tree");
-    let pairs = vertices(&scene, &*tracer);
+    let pairs: Vec<(VerticesX8, VerticesX8)> = vertices(&scene, &*tracer)
+        .iter()
+        .map(|(x, y)| (VerticesX8::splat(&scene, x), VerticesX8::splat(&scene, y)))
+        .collect();
     let mut group = c.benchmark_group("parts");
-    group.throughput(Throughput::Elements(pairs.len() as u64));
+    group.throughput(Throughput::Elements((LANES * pairs.len()) as u64));
 
-    let next = (glam::Vec3::new(0.3, 1.99, 0.1), glam::Vec3::NEG_Y);
+    let next = Vec3x8::splat(glam::Vec3::new(0.3, 1.99, 0.1));
+    let ng = Vec3x8::splat(glam::Vec3::NEG_Y);
     group.bench_function("reconnection", |b| {
         b.iter(|| {
             for (x, y) in &pairs {
-                let wi = (next.0 - x.position).normalize();
-                let joint = Joint::new(x, wi, next.0, next.1);
-                let _ = black_box(joint.and_then(|j| shift::reconnect(&scene, &j, y)));
+                let wi = (next - x.position).normalize();
+                let joints = JointsX8::new(x.position, wi, next, ng, 0);
+                black_box(shift::reconnect::<false>(&scene, &joints, y));
             }
         });
     });
-    let scattered: Vec<(Scattering, Vertex, Vertex)> = pairs
+    let u = [0.3, 0.6, 0.01, 0.0].map(f32x8::splat);
+    let scattered: Vec<_> = pairs
         .iter()
-        .filter_map(|(x, y)| Some((x.sample(&scene, [0.3, 0.6, 0.01])?, *x, *y)))
-        .filter(|(s, ..)| s.lobe == Lobe::Reflection)
+        .map(|(x, y)| (x.scatter::<false>(&scene, 1, &u), x, y))
+        .filter(|(s, ..)| s.holds != 0 && s.transmits == 0)
         .collect();
     group.bench_function("half-vector copy", |b| {
         b.iter(|| {
             for (s, x, y) in &scattered {
-                let _ = black_box(shift::copy_half_vector(&scene, x, s, y));
+                black_box(shift::copy_half_vector(&scene, x, s, y));
             }
         });
     });
@@ -94,12 +100,10 @@ fn parts(c: &mut Criterion) {
             for (i, (x, _)) in pairs.iter().enumerate() {
                 let [a, b, c, _] =
                     Sampler::for_pixel(Points::Sobol, 0, i as u32, 0, 5).draw(Dimension::Light(1));
-                let Some(LightSample::Surface(light)) = scene.sample_light(x.position, [a, b, c])
-                else {
-                    continue;
-                };
-                let seen = geometry::solid_angle_per_area(x.position, light.position, light.ng);
-                black_box(seen.and_then(|(wi, _)| x.eval(&scene, wi)));
+                let u = [a, b, c].map(f32x8::splat);
+                let light = scene.sample_lights::<false>(x.position, 255, u);
+                let seen = Seen::new(x.position, light.position, light.ng);
+                black_box(x.eval::<false>(&scene, seen.direction));
             }
         });
     });

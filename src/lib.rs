@@ -19,15 +19,15 @@
 //! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, lanes, warp, geometry, bsdf |
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
 //! | [`vertex`] | What a ray met, ready for scattering and shifting. | lanes, frame, geometry, bsdf, scene, trace |
-//! | [`shift`] | How an offset path follows its base path. | lanes, geometry, bsdf, scene, vertex |
+//! | [`shift`] | How an offset path follows its base path. | lanes, frame, geometry, bsdf, scene, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, frame, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
-//! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, sampler, filter, geometry, scene, trace, gradient, path, film, render |
+//! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, lanes, sampler, filter, geometry, scene, trace, gradient, path, film, render |
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
 //! | [`denoise`] | Pictures without their noise, by a library that may be there. | error, image |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate, denoise |
@@ -102,9 +102,9 @@
 //! # }
 //! ```
 //!
-//! Where to read on: a path's vertices are in [`vertex`]; what the base path does at one, and how its offset
-//! paths follow, in `path/light.rs` and `path/bounce.rs`, and for eight paths at once in `path/diffuse`; the
-//! shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
+//! Where to read on: a path's vertices are in [`vertex`], eight at once; the loop over them in `path/mod.rs`; what the
+//! base path does at one, and how its offset paths follow, in `path/light.rs` and `path/bounce.rs`, and what follows
+//! when all share the rest in `path/plain.rs`; the shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
 //! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
 //! [`reconstruct`].
 //!

@@ -116,7 +116,7 @@ impl Dimension {
     }
 }
 
-/// Samplers that draw together in [`draw_all`]: as many as the widest vector instructions take.
+/// Samplers that draw together in [`draw_blocks`]: as many as the widest vector instructions take.
 const LANES: usize = 16;
 
 /// The bits of a point's index that matter.
@@ -134,35 +134,8 @@ static MATRICES: LazyLock<Vec<Matrices>> = LazyLock::new(|| {
         .collect()
 });
 
-/// [`Sampler::draw`] for many samplers: the same numbers, lane by lane in vector instructions. Replaces
-/// what is in `out`.
-pub fn draw_all(
-    samplers: impl IntoIterator<Item = Sampler>,
-    dimension: Dimension,
-    out: &mut Vec<[f32; 4]>,
-) {
-    let (set, padding) = dimension.set();
-    let matrices = &MATRICES[set as usize];
-    let mut samplers = samplers.into_iter();
-    out.clear();
-    loop {
-        let (mut index, mut scramble) = ([0u32; LANES], [0u32; LANES]);
-        let mut count = 0;
-        for sampler in samplers.by_ref().take(LANES) {
-            index[count] = sampler.index;
-            scramble[count] = sampler.scramble.wrapping_add(padding);
-            count += 1;
-        }
-        let numbers = draw_lanes(matrices, set, &index, &scramble, [0, 1, 2, 3]);
-        out.extend((0..count).map(|lane| std::array::from_fn(|d| numbers[d][lane])));
-        if count < LANES {
-            return;
-        }
-    }
-}
-
-/// [`draw_all`] for samplers in blocks, with the numbers in lanes. Of the four numbers only those of `wanted`
-/// are drawn; the others are 0.
+/// [`Sampler::draw`] for samplers in blocks: the same numbers, lane by lane in vector instructions. Of the four
+/// numbers only those of `wanted` are drawn; the others are 0. Replaces what is in `out`.
 pub fn draw_blocks<'a, const D: usize>(
     blocks: impl IntoIterator<Item = &'a [Sampler; lanes::LANES]>,
     dimension: Dimension,
@@ -270,7 +243,6 @@ mod tests {
         let samplers: Vec<Sampler> = (0..LANES as u64 * 3 + 5)
             .map(|n| Sampler::for_pixel(Points::Sobol, n, 3 * n as u32, 5, n * 7919))
             .collect();
-        let mut all = Vec::new();
         for dimension in [
             Dimension::Pixel,
             Dimension::Light(1),
@@ -278,13 +250,12 @@ mod tests {
             Dimension::Bsdf(32),
             Dimension::Light(700),
         ] {
-            draw_all(samplers.iter().copied(), dimension, &mut all);
             let one_by_one: Vec<_> = samplers.iter().map(|s| s.draw(dimension)).collect();
-            assert_eq!(all, one_by_one);
             for blocks in [0, 1, 2, 5] {
                 let blocks = samplers.as_chunks().0.iter().take(blocks);
                 let one_by_one = |lane: usize, d: usize| one_by_one[lane][d];
                 check_blocks(blocks.clone(), dimension, [0, 1, 2], one_by_one);
+                check_blocks(blocks.clone(), dimension, [0, 1, 2, 3], one_by_one);
                 check_blocks(blocks.clone(), dimension, [0, 1], one_by_one);
                 check_blocks(blocks, dimension, [0, 1, 3], one_by_one);
             }

@@ -10,18 +10,19 @@ use crate::film::Film;
 use crate::filter::Filter;
 use crate::geometry::offset_origin;
 use crate::gradient::Weights;
+use crate::lanes::Vec3x8;
 use crate::path::PathSettings;
 use crate::render::{Job, Limits, Method, TILE_SIZE};
 use crate::sampler::Points;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::framing::{Open, Side};
-use crate::scene::light::LightSample;
 use crate::scene::material::Class;
 use crate::trace::rays::{AnyBatch, ClosestBatch, Hit, Ray};
 use crate::trace::{RayKind, Traverse};
 use glam::{Quat, Vec3};
 use rayon::prelude::*;
+use wide::f32x8;
 
 /// Rays along the longer side of the picture by which a place is judged.
 const RAYS: u32 = 64;
@@ -313,13 +314,17 @@ impl Met {
         // Points of the R3 sequence (Roberts 2018).
         let u = [0.819_172_5, 0.671_043_6, 0.549_700_5]
             .map(|step: f64| ((number + 1) as f64 * step).fract() as f32);
-        let LightSample::Surface(lamp) = scene.sample_light(self.position, u)? else {
+        // One lane is asked for.
+        let from = Vec3x8::splat(self.position);
+        let lamps = scene.sample_lights::<false>(from, 1, u.map(f32x8::splat));
+        if lamps.holds.to_bitmask() & 1 == 0 || lamps.sky & 1 == 1 {
             return None;
-        };
-        let to = lamp.position - self.position;
+        }
+        let (lamp, ng) = (lamps.position.lane(0), lamps.ng.lane(0));
+        let to = lamp - self.position;
         // Not along either surface, where rounding would tell.
         let grazing = 1e-3 * to.length();
-        if to.dot(self.normal) <= grazing || to.dot(lamp.ng) >= -grazing {
+        if to.dot(self.normal) <= grazing || to.dot(ng) >= -grazing {
             return None;
         }
         let origin = offset_origin(
@@ -328,7 +333,7 @@ impl Met {
             self.offset,
             to.into(),
         );
-        let to = lamp.position - Vec3::from(origin);
+        let to = lamp - Vec3::from(origin);
         Some(Ray {
             origin: origin.into(),
             direction: to,

@@ -37,12 +37,12 @@ fn a_scene_is_told_to_people_and_machines() {
 }
 
 #[test]
-fn diffuse_scenes_say_that_their_paths_go_eight_at_once() {
-    for (scene, lanes) in [("scenes/cornell.obj", true), ("scenes/mirrors.obj", false)] {
+fn scenes_that_are_diffuse_throughout_say_so() {
+    for (scene, diffuse) in [("scenes/cornell.obj", true), ("scenes/mirrors.obj", false)] {
         let mut command = Command::cargo_bin("gdpt").unwrap();
         let output = command.args(["info", scene]).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
-        assert_eq!(text.contains("eight paths at once"), lanes, "{text}");
+        assert_eq!(text.contains("diffuse throughout"), diffuse, "{text}");
     }
 }
 

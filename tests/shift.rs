@@ -6,12 +6,93 @@ mod common;
 use common::polygons;
 use gdpt::bsdf::{Bsdf, Eval, Lobe};
 use gdpt::frame::Frame;
+use gdpt::lanes::Vec3x8;
 use gdpt::load::{mtl::MtlMaterial, sidecar::CameraTable};
 use gdpt::scene::{Scene, SceneSettings};
-use gdpt::shift::{Joint, Shifted, copy_half_vector, reconnect, same_direction};
-use gdpt::vertex::{Scattering, Vertex};
+use gdpt::shift::{self, Death, JointsX8, ShiftedX8};
+use gdpt::vertex::{ScatteringX8, Vertex, VerticesX8};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
+use wide::f32x8;
+
+/// A direction of an offset path: what all lanes say, as all have the same vertices here.
+struct Shifted {
+    wi: Vec3,
+    jacobian: f32,
+}
+
+impl Shifted {
+    fn of(lanes: &ShiftedX8) -> Result<Self, Death> {
+        let holds = lanes.eval.holds.to_bitmask();
+        assert!(holds == 0 || holds == 255 && lanes.no_lobe == 0);
+        if holds == 0 {
+            let no_lobe = lanes.no_lobe & 1 == 1;
+            return Err(if no_lobe { Death::Lobe } else { Death::Side });
+        }
+        assert_eq!(lanes.wi.lane(0), lanes.wi.lane(7));
+        Ok(Self {
+            wi: lanes.wi.lane(0),
+            jacobian: lanes.jacobian.as_array()[5],
+        })
+    }
+}
+
+/// Seen from where the vertex was met.
+fn eval_alone(scene: &Scene, at: &Vertex, wi: Vec3) -> Option<Eval> {
+    let eval = VerticesX8::splat(scene, at).eval::<false>(scene, Vec3x8::splat(wi));
+    (eval.holds.to_bitmask() == 255).then(|| Eval {
+        value: eval.value.lane(6),
+        pdf: eval.pdf.as_array()[6],
+    })
+}
+
+fn eval_seen_from(scene: &Scene, at: &Vertex, wo: Vec3, wi: Vec3) -> Option<Eval> {
+    let at = VerticesX8::splat(scene, at);
+    let (wo, wi) = (Vec3x8::splat(wo), Vec3x8::splat(wi));
+    let eval = at.eval_seen_from::<false>(scene, wo, wi);
+    (eval.holds.to_bitmask() == 255).then(|| Eval {
+        value: eval.value.lane(3),
+        pdf: eval.pdf.as_array()[3],
+    })
+}
+
+fn normal(scene: &Scene, at: &Vertex) -> Vec3 {
+    VerticesX8::splat(scene, at).normal.lane(0)
+}
+
+fn frame(scene: &Scene, at: &Vertex) -> Frame {
+    Frame::new(normal(scene, at).into())
+}
+
+fn copy_half_vector(
+    scene: &Scene,
+    x: &Vertex,
+    scattering: &ScatteringX8,
+    y: &Vertex,
+) -> Result<Shifted, Death> {
+    let [x, y] = [x, y].map(|v| VerticesX8::splat(scene, v));
+    Shifted::of(&shift::copy_half_vector(scene, &x, scattering, &y))
+}
+
+/// Joins `y` to the point `next` on a surface with normal `ng`, which `x` sees in the direction `wi`.
+fn reconnect(
+    scene: &Scene,
+    (x, wi): (&Vertex, Vec3),
+    (next, ng): (Vec3, Vec3),
+    y: &Vertex,
+) -> Result<Shifted, Death> {
+    let [from, wi, next, ng] = [x.position, wi, next, ng].map(Vec3x8::splat);
+    let joints = JointsX8::new(from, wi, next, ng, 0);
+    let y = VerticesX8::splat(scene, y);
+    Shifted::of(&shift::reconnect::<false>(scene, &joints, &y))
+}
+
+fn same_direction(scene: &Scene, wi: Vec3, y: &Vertex) -> Result<Shifted, Death> {
+    let [wi, zero] = [wi, Vec3::ZERO].map(Vec3x8::splat);
+    let joints = JointsX8::new(zero, wi, zero, zero, 255);
+    let y = VerticesX8::splat(scene, y);
+    Shifted::of(&shift::reconnect::<false>(scene, &joints, &y))
+}
 
 /// A scene with these materials; those that are transparent are solid.
 fn scene(materials: Vec<MtlMaterial>) -> Scene {
@@ -131,10 +212,14 @@ fn a_shared_vertex_looks_the_same_to_both_paths() {
             };
             let (x, y) = (seen(x_wo), seen(y_wo));
             let wi = rng.unit_vector();
-            assert_eq!(x.eval_seen_from(&scene, y_wo, wi), y.eval(&scene, wi));
-            assert_eq!(y.eval_seen_from(&scene, x_wo, wi), x.eval(&scene, wi));
-            differ += u32::from(x.normal() != y.normal());
-            alive += u32::from(y.eval(&scene, wi).is_some());
+            let by_y = eval_alone(&scene, &y, wi);
+            assert_eq!(eval_seen_from(&scene, &x, y_wo, wi), by_y);
+            assert_eq!(
+                eval_seen_from(&scene, &y, x_wo, wi),
+                eval_alone(&scene, &x, wi)
+            );
+            differ += u32::from(normal(&scene, &x) != normal(&scene, &y));
+            alive += u32::from(by_y.is_some());
         }
     }
     assert!(differ > 500 && alive > 500, "{differ} {alive}");
@@ -159,26 +244,31 @@ fn to_local(frame: &Frame, v: Vec3) -> Vec3 {
     frame.to_local(v.into()).into()
 }
 
-fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> Scattering {
-    let eval = at.eval(scene, wi).unwrap_or(Eval {
+fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> ScatteringX8 {
+    let eval = eval_alone(scene, at, wi).unwrap_or(Eval {
         value: Vec3::ONE,
         pdf: 1.0,
     });
-    let local_wi = to_local(&at.frame(), wi);
-    let local_wo = to_local(&at.frame(), at.wo);
+    let frame = frame(scene, at);
+    let local_wi = to_local(&frame, wi);
+    let local_wo = to_local(&frame, at.wo);
     let straight = match lobe {
         Lobe::Reflection => Vec3::new(-local_wo.x, -local_wo.y, local_wo.z),
         Lobe::Transmission => -local_wo,
     };
     let bsdf = at.bsdf(scene);
     let single = bsdf.eval_delta(local_wo, lobe).is_some();
-    Scattering {
-        wi,
-        local_wi,
-        eval,
-        lobe,
-        delta: matches!(bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
-            || (single && local_wi.abs_diff_eq(straight, 1e-4)),
+    let delta = matches!(bsdf, Bsdf::Mirror { .. } | Bsdf::Glass { .. })
+        || (single && local_wi.abs_diff_eq(straight, 1e-4));
+    let lanes = |yes: bool| if yes { 255 } else { 0 };
+    ScatteringX8 {
+        wi: Vec3x8::splat(wi),
+        local_wi: Vec3x8::splat(local_wi),
+        value: Vec3x8::splat(eval.value),
+        pdf: f32x8::splat(eval.pdf),
+        holds: 255,
+        delta: lanes(delta),
+        transmits: lanes(lobe == Lobe::Transmission),
     }
 }
 
@@ -248,7 +338,7 @@ impl Neighbours {
 fn check_round_trip(
     wi: Vec3,
     there: &Shifted,
-    back: Result<Shifted, gdpt::shift::Death>,
+    back: Result<Shifted, Death>,
     tolerance: f32,
 ) -> Result<(), TestCaseError> {
     let back = back.map_err(|d| TestCaseError::fail(format!("the way back is dead: {d:?}")))?;
@@ -308,7 +398,7 @@ proptest! {
         let wi = upper(x.ng, direction, 0.1);
         let ng = upper(-wi, next_normal, 0.3);
         let next = x.position + wi * distance;
-        let join = |x, wi, y| Joint::new(x, wi, next, ng).and_then(|joint| reconnect(&scene, &joint, y));
+        let join = |x: &Vertex, wi, y: &Vertex| reconnect(&scene, (x, wi), (next, ng), y);
         let Ok(there) = join(&x, wi, &y) else {
             return Err(TestCaseError::reject("not shiftable"));
         };
@@ -369,7 +459,7 @@ proptest! {
             return Err(TestCaseError::reject("total internal reflection"));
         }
         let wi = Vec3::from(wi);
-        if x.wo.dot(h) < 0.2 || wi.dot(h).abs() < 0.2 || x.eval(&scene, wi).is_none() {
+        if x.wo.dot(h) < 0.2 || wi.dot(h).abs() < 0.2 || eval_alone(&scene, &x, wi).is_none() {
             return Err(TestCaseError::reject("grazing"));
         }
         if !check_copy(&scene, &x, &y, wi, Lobe::Transmission, true)? {
@@ -394,12 +484,12 @@ proptest! {
         ][which];
         let (x, y) = n.vertices(&scene, side, materials);
         let bsdf = x.bsdf(&scene);
-        let wo = to_local(&x.frame(), x.wo);
+        let wo = to_local(&frame(&scene, &x), x.wo);
         prop_assume!(bsdf.eval_delta(wo, lobe).is_some());
         // The one direction of this lobe.
         let sampled = [0.0, 0.9999999].map(|u| bsdf.sample(wo, [0.5, 0.5, u]));
         let single = sampled.into_iter().flatten().find(|s| s.lobe == lobe && s.delta);
-        let wi = to_world(&x.frame(), single.expect("drawn first or last").wi);
+        let wi = to_world(&frame(&scene, &x), single.expect("drawn first or last").wi);
         prop_assume!(check_copy(&scene, &x, &y, wi, lobe, false)?);
         // What passes a pane, or the holes of a surface, goes straight on.
         if lobe == Lobe::Transmission && which > 4 && materials.1 != 2 {

@@ -1,414 +1,435 @@
-//! The bounce step: every base path scatters, and its offset paths follow by reconnection or by
-//! half-vector copy.
+//! The bounce step: the base path scatters at x_k, its offset paths follow.
 
-use super::by_light::{ByLight, radiance};
-use super::{
-    BasePath, Context, Counts, Wavefront, gather, or_dead, survival, trace_any, trace_closest,
-};
+use super::arrival::{self, Arrival, Left};
+use super::base::{BasePaths, Block, Own, count};
+use super::{Context, Counts, trace_any, trace_closest};
 use crate::gradient::{Base, Shift};
-use crate::lanes::Vector;
-use crate::sampler::{self, Dimension};
+use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
+use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
-use crate::scene::material::Class;
-use crate::shift::{self, Carried, Death, Joint, Offset, Shifted, Way};
+use crate::shift::{self, CarriedX8, Death, JointsX8, ShiftedX8};
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
-use crate::vertex::{End, Scattering, Vertex};
-use glam::Vec3;
+use crate::vertex::{End, ROULETTE_FROM, RaysX8, ScatteringX8, VerticesX8};
+use wide::f32x8;
 
-/// A base path that has scattered at x_k.
-#[derive(Clone, Debug)]
-pub(super) struct Bounce<const N: usize> {
-    pub(super) scattering: Scattering,
-    /// Density of the direction, roulette included.
-    pub(super) pdf: f32,
-    /// The ray to x_{k+1}.
-    ray: u32,
-    /// x_{k+1}; the environment until it is known.
-    pub(super) end: End,
-    pub(super) followers: [Follower; N],
+/// The numbers for scattering at x_k; in diffuse scenes without that for the lobe, and where there is no roulette
+/// without that.
+pub(super) fn draw<'a, const DIFFUSE: bool>(
+    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
+    k: u32,
+    numbers: &mut Vec<[f32x8; 4]>,
+) {
+    let dimension = Dimension::Bsdf(k);
+    if !DIFFUSE {
+        sampler::draw_blocks(samplers, dimension, [0, 1, 2, 3], numbers);
+    } else if k < ROULETTE_FROM {
+        sampler::draw_blocks(samplers, dimension, [0, 1], numbers);
+    } else {
+        sampler::draw_blocks(samplers, dimension, [0, 1, 3], numbers);
+    }
 }
 
-/// An offset path on its way to y_{k+1}.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Follower {
-    pub(super) progress: Progress,
-    /// The densities' ratio up to y_k: what light sampling at y_k has, whatever the segment to the
-    /// light does.
-    ratio: f32,
+/// The base paths of eight pixels between x_k and x_{k+1}.
+#[derive(Clone)]
+pub(super) struct Flight<const N: usize> {
+    pub(super) scattering: ScatteringX8,
+    /// The rays to x_{k+1}.
+    ray: [u32; LANES],
+    /// A bit for each lane that has scattered.
+    pub(super) alive: u32,
+    /// The lanes that go on from a surface.
+    pub(super) surfaces: u32,
+    /// The lanes that have reached light.
+    pub(super) ends: u32,
+    /// Of these the lanes that have reached the environment.
+    environment: u32,
+    /// What they found there.
+    pub(super) radiance: Vec3x8,
+    /// Density of light sampling there, over that of BSDF sampling.
+    by_light: f32x8,
+    pub(super) followers: [FollowerX8; N],
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Progress {
-    /// The shift is dead.
-    Dead,
-    /// It shares the segment with the base path.
-    Shared(Carried),
-    /// It joins the base path at x_{k+1}, if this any-hit ray is free.
-    Reconnecting {
-        ray: u32,
-        wo: Vec3,
-        carried: Carried,
-    },
-    /// It follows a copied half vector along this closest-hit ray.
-    Copying { ray: u32, carried: Carried },
+/// Offset paths on their way to the base paths' next vertices.
+#[derive(Clone, Copy)]
+pub(super) struct FollowerX8 {
+    /// Density of light sampling at y_k, over that of BSDF sampling at x_k, whatever the segment to the light
+    /// does.
+    by_light: f32x8,
+    /// The lanes that join the base paths if these any-hit rays are free.
+    pub(super) joins: u32,
+    /// The lanes that follow copied half vectors along these closest-hit rays.
+    pub(super) copies: u32,
+    ray: [u32; LANES],
+    /// The lanes that do not join, as their rays are blocked.
+    pub(super) blocked: u32,
+    /// The lanes that have found what their base paths found: surfaces of the same class, or light.
+    pub(super) arrived: u32,
+    /// This light, in the lanes `copies`.
+    radiance: Vec3x8,
+    /// |T'| of this scattering event.
+    pub(super) jacobian: f32x8,
 }
 
-impl Follower {
-    const DEAD: Self = Self {
-        progress: Progress::Dead,
-        ratio: 0.0,
+impl FollowerX8 {
+    const NONE: Self = Self {
+        by_light: f32x8::ZERO,
+        joins: 0,
+        copies: 0,
+        ray: [0; LANES],
+        blocked: 0,
+        arrived: 0,
+        radiance: Vec3x8::ZERO,
+        jacobian: f32x8::ONE,
     };
 }
 
-impl<const N: usize> Wavefront<N> {
-    pub(super) fn bounce_step(&mut self, context: Context, k: u32) {
-        self.scatter(context, k);
+impl<const N: usize> Flight<N> {
+    const NONE: Self = Self {
+        scattering: ScatteringX8::NONE,
+        ray: [0; LANES],
+        alive: 0,
+        surfaces: 0,
+        ends: 0,
+        environment: 0,
+        radiance: Vec3x8::ZERO,
+        by_light: f32x8::ZERO,
+        followers: [FollowerX8::NONE; N],
+    };
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Samples the BSDF at x_k, and finds where that leads.
+    pub(super) fn scatter<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
+        self.bounce.clear();
+        let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
+        let samplers = live.map(|block| &block.samplers);
+        draw::<DIFFUSE>(samplers, k, &mut self.numbers);
+        self.flights.resize(self.live.len(), Flight::NONE);
+        let steps = self.live.iter().zip(&mut self.flights);
+        for ((&at, flight), numbers) in steps.zip(&self.numbers) {
+            let block = &self.blocks[at as usize];
+            let x = &block.vertices;
+            flight.scattering = x.scatter::<DIFFUSE>(context.scene, k, numbers);
+            flight.alive = flight.scattering.holds & block.alive;
+            if !DIFFUSE {
+                flight.alive &= block.carries_light();
+            }
+            let rays = x.rays(flight.scattering.wi);
+            for lane in lanes_of(flight.alive) {
+                flight.ray[lane] = self.bounce.push(&rays.lane(lane));
+            }
+        }
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
-        self.follow(context, k);
+    }
+
+    /// Moves the base paths to where they arrive, shifts the scattering events to their offset paths, and finds where
+    /// these arrive.
+    pub(super) fn follow<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        self.reconnection.clear();
+        self.continuation.clear();
+        let own = Own {
+            grid: &self.grid,
+            stored: &self.own,
+        };
+        for (&at, flight) in self.live.iter().zip(&mut self.flights) {
+            let block = &mut self.blocks[at as usize];
+            let ScatteringX8 { wi, pdf, .. } = flight.scattering;
+            let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
+            let rough = if DIFFUSE {
+                flight.alive
+            } else {
+                flight.alive & block.vertices.rough & !flight.scattering.delta
+            };
+            let left = Left {
+                from: block.vertices.position,
+                pdf,
+                rough,
+            };
+            let arrival = Arrival::new(context, k, &hits, flight.alive, left);
+            flight.surfaces = arrival.surfaces;
+            flight.ends = arrival.ends;
+            flight.environment = arrival.ends & !hits.found;
+            flight.radiance = arrival.radiance;
+            flight.by_light = arrival.by_light;
+            let mut next = VerticesX8::NONE;
+            arrival.put::<DIFFUSE>(scene, &hits, &mut next);
+            // Reconnect where x_k and x_{k+1} are rough, copy elsewhere.
+            let copies = if DIFFUSE {
+                0
+            } else {
+                !rough | arrival.surfaces & !next.rough
+            };
+            let following = Following {
+                scene,
+                k,
+                at,
+                own: &own,
+                arrival: &arrival,
+                next: &next,
+                copies,
+            };
+            let batches = (&mut self.reconnection, &mut self.continuation);
+            flight.shift::<DIFFUSE>(block, &following, batches, &mut self.counts);
+            let scattered = block.throughput * flight.scattering.value;
+            block.throughput = scattered * (f32x8::ONE / pdf);
+            block.vertices = next;
+            block.alive = flight.surfaces;
+        }
+        let counts = &mut self.counts;
         trace_any(
             context,
             &mut self.reconnection,
             RayKind::Reconnection,
-            &mut self.counts,
+            counts,
         );
         trace_closest(
             context,
             &mut self.continuation,
             RayKind::Continuation,
-            &mut self.counts,
+            counts,
         );
-        self.arrive(context, k);
     }
 
-    /// Samples the BSDF at x_k; paths that end leave the list.
-    pub(super) fn scatter(&mut self, context: Context, k: u32) {
-        let scene = context.scene;
-        self.bounce.clear();
-        self.bounces.clear();
-        let samplers = self.paths.iter().map(|path| path.sampler);
-        sampler::draw_all(samplers, Dimension::Bsdf(k), &mut self.numbers);
-        let mut numbers = self.numbers.iter();
-        let (bounces, batch) = (&mut self.bounces, &mut self.bounce);
-        self.paths.retain(|path| {
-            let &[u0, u1, u2, u_roulette] = numbers.next().expect("one for each path");
-            let survival = survival(scene, &path.vertex, k);
-            if u_roulette >= survival || !path.carries_light() {
-                return false;
-            }
-            let Some(scattering) = path.vertex.sample(scene, [u0, u1, u2]) else {
-                return false;
-            };
-            bounces.push(Bounce {
-                pdf: scattering.eval.pdf * survival,
-                ray: batch.push(&path.vertex.ray(scattering.wi)),
-                end: End::Environment(scattering.wi),
-                scattering,
-                followers: [Follower::DEAD; N],
-            });
-            true
-        });
-    }
-
-    /// Shifts the scattering event of each base path to its offset paths.
-    pub(super) fn follow(&mut self, context: Context, k: u32) {
-        let scene = context.scene;
-        self.reconnection.clear();
-        self.continuation.clear();
-        for (path, bounce) in self.paths.iter().zip(&mut self.bounces) {
-            bounce.end = End::new(scene, self.bounce.hit(bounce.ray), bounce.scattering.wi);
-            if !leads_to_light(context, &bounce.end, k) {
-                continue;
-            }
-            let mut step = None;
+    /// Finds out which offset paths arrive where their base paths do.
+    pub(super) fn land<const DIFFUSE: bool>(&mut self, context: Context) {
+        for (&at, flight) in self.live.iter().zip(&mut self.flights) {
             for j in 0..N {
-                bounce.followers[j] = follow(
-                    context,
-                    k,
-                    path,
-                    bounce,
-                    &path.offsets[j],
-                    &mut step,
-                    &mut self.reconnection,
-                    &mut self.continuation,
-                    &mut self.counts,
-                );
+                let follower = &mut flight.followers[j];
+                follower.blocked = self.reconnection.blocked(&follower.ray, follower.joins);
+                count(&mut self.counts, Death::Blocked, follower.blocked);
+                if !DIFFUSE && follower.copies != 0 {
+                    let own = &mut self.own[at as usize][j];
+                    let block = &self.blocks[at as usize];
+                    let batch = &self.continuation;
+                    flight.follow_to_end(context.scene, (block, j), batch, own, &mut self.counts);
+                }
             }
         }
     }
 
-    /// Moves the paths to their next vertices; those that reached light are complete.
-    pub(super) fn arrive(&mut self, context: Context, k: u32) {
-        let scene = context.scene;
-        let mut index = 0;
-        let Self {
-            paths,
-            bounces,
-            samples,
-            counts,
-            reconnection,
-            continuation,
-            ..
-        } = self;
-        paths.retain_mut(|path| {
-            let bounce = &bounces[index];
-            index += 1;
-            if !leads_to_light(context, &bounce.end, k) {
-                return false;
+    /// Moves the offset paths to the next vertices; base paths that have reached light are complete.
+    pub(super) fn arrive<const DIFFUSE: bool>(&mut self, context: Context) {
+        for (&at, flight) in self.live.iter().zip(&self.flights) {
+            let block = &mut self.blocks[at as usize];
+            if flight.ends != 0 {
+                let (base, shifts) = flight.complete::<DIFFUSE>(block);
+                block.gather(context.settings.weights, &base, &shifts, flight.ends);
             }
-            if let End::Surface(vertex) = &bounce.end {
-                for (offset, follower) in path.offsets.iter_mut().zip(&bounce.followers) {
-                    *offset = match follower.progress {
-                        Progress::Dead => Offset::Dead,
-                        Progress::Shared(carried) => Offset::Connected(carried),
-                        Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
-                            or_dead(Err(Death::Blocked), counts)
-                        }
-                        Progress::Reconnecting { wo, carried, .. } => {
-                            Offset::Joined { wo, carried }
-                        }
-                        Progress::Copying { ray, carried } => {
-                            let direction = continuation.ray(ray).direction;
-                            let end = End::new(scene, continuation.hit(ray), direction);
-                            or_dead(shift::arrive(scene, vertex, &end, carried), counts)
-                        }
-                    };
-                }
-                path.throughput = bounce.throughput(path);
-                path.vertex = *vertex;
-                return true;
+            for (offset, follower) in block.offsets.iter_mut().zip(&flight.followers) {
+                let joined = follower.joins & !follower.blocked;
+                offset.arrive(flight.surfaces, follower.arrived, joined);
             }
-            let (base, shifts) = bounce.complete(scene, path, reconnection, continuation, counts);
-            let sample = &mut samples[path.pixel as usize];
-            gather(sample, context.settings.weights, &base, &shifts);
-            false
-        });
+        }
+        self.live.retain(|&at| self.blocks[at as usize].alive != 0);
     }
 }
 
-impl<const N: usize> Bounce<N> {
-    /// f/p of the base path up to x_{k+1}.
-    #[inline]
-    fn throughput(&self, path: &BasePath<N>) -> Vec3 {
-        path.throughput * self.scattering.eval.value * self.pdf.recip()
-    }
+/// What the offset paths of a block follow.
+struct Following<'a, const N: usize> {
+    scene: &'a Scene,
+    k: u32,
+    /// The block.
+    at: u32,
+    own: &'a Own<'a, N>,
+    arrival: &'a Arrival<'a>,
+    /// x_{k+1}
+    next: &'a VerticesX8,
+    /// A bit for each lane in which free offset paths copy the half vector.
+    copies: u32,
+}
 
-    /// The complete paths where the base path reached a light or the environment, once all rays are
-    /// traced. Counts the shifts that died here.
-    #[inline]
-    pub(super) fn complete(
-        &self,
-        scene: &Scene,
-        path: &BasePath<N>,
-        reconnection: &AnyBatch,
-        continuation: &ClosestBatch,
+impl<const N: usize> Flight<N> {
+    /// Shifts the scattering events at x_k to the offset paths, where the base paths may still gather light.
+    #[inline(always)]
+    fn shift<const DIFFUSE: bool>(
+        &mut self,
+        block: &mut Block<N>,
+        following: &Following<N>,
+        (reconnection, continuation): (&mut AnyBatch, &mut ClosestBatch),
         counts: &mut Counts,
-    ) -> (Base, [Shift; N]) {
-        let x = &path.vertex;
-        let radiance = radiance(scene, &self.end, self.scattering.wi);
-        let by_light = if self.scattering.class(scene, x) == Class::Rough {
-            ByLight::of(scene, x.position, &self.end, self.scattering.wi, self.pdf)
-        } else {
-            ByLight::Never
-        };
-        let at_base = by_light.density(scene, x.position);
-        let base = Base {
-            value: (self.throughput(path) * radiance).into(),
-            densities: 1.0 + at_base,
-        };
-        let shifts = std::array::from_fn(|j| {
-            let follower = &self.followers[j];
-            let light_density = follower.ratio
-                * match &path.offsets[j] {
-                    Offset::Free { vertex, .. } if scene.lights.depend_on_place() => {
-                        by_light.density(scene, vertex.position)
+    ) {
+        let &Following { scene, k, next, .. } = following;
+        let ScatteringX8 { wi, pdf, delta, .. } = self.scattering;
+        let goes_on = self.surfaces | self.ends;
+        let x = &block.vertices;
+        let joints = JointsX8::new(x.position, wi, next.position, next.ng, self.environment);
+        let mut rays = [RaysX8::NONE; N];
+        let mut on_their_way = 0;
+        for (j, offset) in block.offsets.iter_mut().enumerate() {
+            let follower = &mut self.followers[j];
+            let carried = offset.carried;
+            let mut moved = carried;
+            // The lanes in which the shift holds, and those in which the lobe is missing.
+            let (mut holds, mut no_lobe) = (0, 0);
+            offset.keep(goes_on);
+            follower.by_light = carried.ratio * self.by_light;
+
+            // One direction and one density for both.
+            if !DIFFUSE && offset.connected() != 0 {
+                let value = carried.throughput * self.scattering.value;
+                moved.throughput = value * (f32x8::ONE / pdf);
+                holds |= offset.connected();
+            }
+
+            // The base path's direction, seen from elsewhere.
+            if offset.joined() != 0 {
+                let eval = x.eval_seen_from::<DIFFUSE>(scene, offset.wo, wi);
+                let shared = carried.scatter(&eval, f32x8::ONE, pdf, x.survival(k));
+                moved = CarriedX8::select(mask_of(offset.joined()), shared, moved);
+                // From another side a single direction leads elsewhere.
+                no_lobe |= offset.joined() & delta;
+                holds |= offset.joined() & !delta & eval.holds.to_bitmask();
+            }
+
+            // A direction of its own.
+            let free = offset.free();
+            if free != 0 {
+                let at = (following.at, block.place);
+                following.own.with::<DIFFUSE, _>(at, j, |y| {
+                    let shifted =
+                        following.shifted::<DIFFUSE>(x, &self.scattering, &joints, free, y);
+                    let eval = &shifted.eval;
+                    let own = carried.scatter(eval, shifted.jacobian, pdf, y.survival(k));
+                    moved = CarriedX8::select(mask_of(free), own, moved);
+                    no_lobe |= free & shifted.no_lobe;
+                    holds |= free & eval.holds.to_bitmask();
+                    offset.wo = -shifted.wi;
+                    follower.jacobian = shifted.jacobian;
+                    if !DIFFUSE && scene.lights.depend_on_place() {
+                        let by_light = following.arrival.by_light_from(scene, y.position, free);
+                        follower.by_light = carried.ratio * by_light;
                     }
-                    _ => at_base,
-                };
-            let reached = |carried: Carried, radiance: Vec3| Shift {
-                value: (carried.throughput * radiance).into(),
-                densities: carried.ratio + light_density,
-            };
-            match follower.progress {
-                Progress::Dead => Shift::DEAD,
-                Progress::Shared(carried) => reached(carried, radiance),
-                // Light sampling makes the blocked path too, with value 0.
-                Progress::Reconnecting { ray, .. } if reconnection.is_blocked(ray) => {
-                    counts.deaths[Death::Blocked as usize] += 1;
-                    Shift {
-                        value: Vector::ZERO,
-                        densities: light_density,
+                    rays[j] = y.rays_to(next.position, next.ng, next.offset);
+                    let endless = self.environment | following.copies;
+                    if endless & free != 0 {
+                        rays[j] = RaysX8::select(mask_of(endless), y.rays(shifted.wi), rays[j]);
                     }
-                }
-                Progress::Reconnecting { carried, .. } => reached(carried, radiance),
-                Progress::Copying { ray, carried } => {
-                    let direction = continuation.ray(ray).direction;
-                    let end = End::new(scene, continuation.hit(ray), direction);
-                    let arrived = match (&self.end, &end) {
-                        (End::Environment(_), End::Environment(direction)) => {
-                            Ok(scene.environment.radiance(*direction))
-                        }
-                        (End::Environment(_), _) => Err(Death::Missed),
-                        (_, end) => shift::arrive_at_light(end).map(|light| light.radiance),
-                    };
-                    match arrived {
-                        Ok(radiance) => reached(carried, radiance),
-                        Err(death) => {
-                            counts.deaths[death as usize] += 1;
-                            Shift::DEAD
-                        }
-                    }
+                });
+            }
+
+            let finite = holds & moved.is_finite().to_bitmask();
+            let alive = offset.alive();
+            count(counts, Death::Lobe, alive & no_lobe);
+            count(counts, Death::Side, alive & !no_lobe & !holds);
+            count(counts, Death::NotFinite, holds & !finite);
+            offset.carried = moved;
+            offset.keep(finite);
+            follower.joins = offset.free() & !following.copies;
+            follower.copies = offset.free() & following.copies;
+            follower.arrived = 0;
+            on_their_way |= offset.free();
+        }
+        for lane in lanes_of(on_their_way) {
+            for (follower, rays) in self.followers.iter_mut().zip(&rays) {
+                if follower.joins >> lane & 1 == 1 {
+                    follower.ray[lane] = reconnection.push(&rays.lane(lane));
+                } else if !DIFFUSE && follower.copies >> lane & 1 == 1 {
+                    follower.ray[lane] = continuation.push(&rays.lane(lane));
                 }
             }
-        });
+        }
+    }
+
+    /// Finds where the offset paths `j` arrive that follow copied half vectors: they must find what their base paths
+    /// found, surfaces of the same class, to which `own` moves, or light.
+    #[inline(never)]
+    fn follow_to_end(
+        &mut self,
+        scene: &Scene,
+        (block, j): (&Block<N>, usize),
+        continuation: &ClosestBatch,
+        own: &mut VerticesX8,
+        counts: &mut Counts,
+    ) {
+        let follower = &mut self.followers[j];
+        let copies = follower.copies;
+        let hits = continuation.hits_of(&follower.ray, copies, -block.offsets[j].wo);
+        let surfaces = arrival::meet::<false>(scene, &hits, own);
+
+        // Where the base path goes on.
+        let goes_on = copies & self.surfaces;
+        let both = goes_on & surfaces;
+        let same = both & !(own.rough ^ block.vertices.rough);
+        count(counts, Death::Missed, goes_on & !surfaces);
+        count(counts, Death::Class, both & !same);
+        follower.arrived = same;
+
+        // Where it has reached light.
+        for lane in lanes_of(copies & self.ends) {
+            let at_environment = self.environment >> lane & 1 == 1;
+            let found = match End::in_lane(scene, &hits, lane) {
+                End::Environment(direction) if at_environment => {
+                    Ok(scene.environment.radiance(direction))
+                }
+                End::Light(light) if !at_environment && light.front => Ok(light.radiance),
+                End::Light(_) if !at_environment => Err(Death::Side),
+                _ => Err(Death::Missed),
+            };
+            match found {
+                Ok(radiance) => {
+                    follower.radiance.set(lane, radiance);
+                    follower.arrived |= 1 << lane;
+                }
+                Err(death) => count(counts, death, 1),
+            }
+        }
+    }
+
+    /// The complete paths where base paths have reached light, in the lanes `ends`.
+    #[inline(always)]
+    pub(super) fn complete<const DIFFUSE: bool>(
+        &self,
+        block: &Block<N>,
+    ) -> (Base<f32x8>, [Shift<f32x8>; N]) {
+        let base = Base {
+            value: block.throughput * self.radiance,
+            densities: f32x8::ONE + self.by_light,
+        };
+        let mut shifts = [Shift::DEAD; N];
+        for (j, offset) in block.offsets.iter().enumerate() {
+            let follower = &self.followers[j];
+            let mut radiance = self.radiance;
+            if !DIFFUSE && follower.copies != 0 {
+                let copies = mask_of(follower.copies);
+                radiance = Vec3x8::select(copies, follower.radiance, radiance);
+            }
+            // Light sampling makes the blocked path too, with value 0. It makes none that copies.
+            let lost = follower.blocked | follower.copies & !follower.arrived;
+            let free = mask_of(offset.alive() & !lost);
+            let value = offset.carried.throughput * radiance;
+            let densities = (free & offset.carried.ratio) + follower.by_light;
+            shifts[j] = Shift {
+                value: Vec3x8::select(free, value, Vec3x8::ZERO),
+                densities: mask_of(offset.alive()) & densities,
+            };
+        }
         (base, shifts)
     }
 }
 
-/// Whether a path that arrived at `end` as its vertex k + 1 can still gather light.
-#[inline]
-pub(super) fn leads_to_light(context: Context, end: &End, k: u32) -> bool {
-    match end {
-        End::Surface(_) => k + 2 <= context.settings.depth,
-        End::Light(light) => light.front,
-        End::Environment(_) => !context.scene.environment.is_black(),
-    }
-}
-
-/// How free offset paths follow a base path to x_{k+1}.
-pub(super) enum Step {
-    /// They are joined to it there; rays end at this distance before the surface.
-    Join(Joint, f32),
-    /// They take the same direction to the environment.
-    Environment,
-    /// They copy the half vector.
-    Copy,
-}
-
-impl Step {
-    #[inline]
-    pub(super) fn of<const N: usize>(
-        scene: &Scene,
-        x: &Vertex,
-        bounce: &Bounce<N>,
-    ) -> Result<Self, Death> {
-        let class = bounce.scattering.class(scene, x);
-        if shift::way(class, bounce.end.class(scene)) == Way::Copy {
-            return Ok(Step::Copy);
+impl<const N: usize> Following<'_, N> {
+    /// The directions of the offset paths at y_k (`y`) in the lanes `free`.
+    #[inline(always)]
+    fn shifted<const DIFFUSE: bool>(
+        &self,
+        x: &VerticesX8,
+        scattering: &ScatteringX8,
+        joints: &JointsX8,
+        free: u32,
+        y: &VerticesX8,
+    ) -> ShiftedX8 {
+        let scene = self.scene;
+        if DIFFUSE || free & self.copies == 0 {
+            return shift::reconnect::<DIFFUSE>(scene, joints, y);
         }
-        let wi = bounce.scattering.wi;
-        let (joint, distance) = match &bounce.end {
-            End::Surface(v) => (Joint::new(x, wi, v.position, v.ng), v.offset),
-            End::Light(l) => (Joint::new(x, wi, l.position, l.ng), l.offset),
-            End::Environment(_) => return Ok(Step::Environment),
-        };
-        Ok(Step::Join(joint?, distance))
-    }
-}
-
-/// Shifts the scattering event at x_k to one offset path.
-#[inline]
-#[allow(clippy::too_many_arguments)]
-fn follow<const N: usize>(
-    context: Context,
-    k: u32,
-    path: &BasePath<N>,
-    bounce: &Bounce<N>,
-    offset: &Offset,
-    step: &mut Option<Result<Step, Death>>,
-    reconnection: &mut AnyBatch,
-    continuation: &mut ClosestBatch,
-    counts: &mut Counts,
-) -> Follower {
-    let scene = context.scene;
-    let Scattering { wi, eval, .. } = bounce.scattering;
-    let x = &path.vertex;
-    let mut shared = |carried: Carried, ratio: f32| match shift::finite(Offset::Connected(carried))
-    {
-        Ok(_) => Follower {
-            progress: Progress::Shared(carried),
-            ratio,
-        },
-        Err(death) => {
-            counts.deaths[death as usize] += 1;
-            Follower::DEAD
+        let copied = shift::copy_half_vector(scene, x, scattering, y);
+        if free & !self.copies == 0 {
+            return copied;
         }
-    };
-    let (vertex, carried) = match offset {
-        Offset::Dead => return Follower::DEAD,
-        // One direction and one density for both.
-        Offset::Connected(carried) => {
-            let throughput = carried.throughput * eval.value * bounce.pdf.recip();
-            return shared(
-                Carried {
-                    throughput,
-                    ratio: carried.ratio,
-                },
-                carried.ratio,
-            );
-        }
-        Offset::Joined { wo, carried } => {
-            // From another side a single direction leads elsewhere.
-            let eval = if bounce.scattering.delta {
-                Err(Death::Lobe)
-            } else {
-                x.eval_seen_from(scene, *wo, wi).ok_or(Death::Side)
-            };
-            return match eval {
-                Ok(eval) => {
-                    let next = carried.scatter(&eval, 1.0, bounce.pdf, survival(scene, x, k));
-                    shared(next, carried.ratio)
-                }
-                Err(death) => {
-                    counts.deaths[death as usize] += 1;
-                    Follower::DEAD
-                }
-            };
-        }
-        Offset::Free { vertex, carried } => (vertex, carried),
-    };
-    // A free offset path takes a direction of its own.
-    let mut dead = |death| {
-        counts.deaths[death as usize] += 1;
-        Follower::DEAD
-    };
-    let step = match step.get_or_insert_with(|| Step::of(scene, x, bounce)) {
-        Ok(step) => step,
-        Err(death) => return dead(*death),
-    };
-    let shifted = match step {
-        Step::Join(joint, _) => shift::reconnect(scene, joint, vertex),
-        Step::Environment => shift::same_direction(scene, wi, vertex),
-        Step::Copy => shift::copy_half_vector(scene, x, &bounce.scattering, vertex),
-    };
-    let shifted = shifted.and_then(|shifted| {
-        let survival = survival(scene, vertex, k);
-        let next = carried.scatter(&shifted.eval, shifted.jacobian, bounce.pdf, survival);
-        shift::finite(Offset::Connected(next))?;
-        Ok((shifted, next))
-    });
-    let (Shifted { wi, .. }, next) = match shifted {
-        Ok(shifted) => shifted,
-        Err(death) => return dead(death),
-    };
-    let reconnecting = |ray| Progress::Reconnecting {
-        ray,
-        wo: -wi,
-        carried: next,
-    };
-    let progress = match step {
-        Step::Join(joint, distance) => {
-            let ray = vertex.ray_to(joint.position, joint.ng, *distance);
-            reconnecting(reconnection.push(&ray))
-        }
-        Step::Environment => reconnecting(reconnection.push(&vertex.ray(wi))),
-        Step::Copy => Progress::Copying {
-            ray: continuation.push(&vertex.ray(wi)),
-            carried: next,
-        },
-    };
-    Follower {
-        progress,
-        ratio: carried.ratio,
+        let reconnected = shift::reconnect::<DIFFUSE>(scene, joints, y);
+        ShiftedX8::select(mask_of(self.copies), copied, reconnected)
     }
 }

@@ -1,212 +1,331 @@
 //! The light step: at every rough vertex a point on a light is sampled (next event estimation), for
 //! the base path and, with the same point, for its offset paths.
 
-use super::{BasePath, Context, Wavefront, gather, survival, trace_any};
-use crate::geometry::solid_angle_per_area;
+use super::base::{BasePaths, Block, Own};
+use super::{Context, trace_any};
+use crate::bsdf::Evals;
+use crate::geometry::Seen;
 use crate::gradient::{Base, Shift};
-use crate::sampler::{self, Dimension};
+use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, negative};
+use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
-use crate::scene::light::LightSample;
-use crate::scene::material::Class;
-use crate::shift::Offset;
+use crate::scene::light::LightSamplesX8;
 use crate::trace::RayKind;
-use crate::trace::rays::{AnyBatch, Ray};
-use crate::vertex::Vertex;
-use glam::Vec3;
+use crate::trace::rays::AnyBatch;
+use crate::vertex::{RaysX8, VerticesX8};
+use wide::f32x8;
 
-/// A path that is complete but for its shadow rays.
-#[derive(Clone, Debug)]
-pub(super) struct LightPath<const N: usize> {
-    pixel: u32,
-    base: Connection,
-    offsets: [Option<Connection>; N],
+/// The numbers for light sampling at x_k.
+pub(super) fn draw<'a>(
+    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
+    k: u32,
+    numbers: &mut Vec<[f32x8; 4]>,
+) {
+    sampler::draw_blocks(samplers, Dimension::Light(k), [0, 1, 2], numbers);
 }
 
-/// A vertex connected to a point on a light. Densities are over that of light sampling at the base
-/// path.
-#[derive(Clone, Copy, Debug)]
-struct Connection {
-    /// The path's value over the density, if nothing blocks it.
-    value: Vec3,
-    /// Density of light sampling. Kept where the way is blocked: light sampling makes such paths too.
-    by_light: f32,
-    /// Density of BSDF sampling, if nothing blocks it; it makes no blocked paths.
-    by_bsdf: f32,
-    /// The shadow ray.
-    ray: u32,
+/// Points on lights as they are seen from vertices.
+pub(super) struct SeenX8 {
+    /// Unit directions to them.
+    wi: Vec3x8,
+    /// One over the densities per solid angle.
+    per_density: f32x8,
+    /// Where there is a light, and it is seen from its front.
+    holds: f32x8,
 }
 
-impl Connection {
-    #[inline]
-    fn resolve(&self, rays: &AnyBatch) -> (Vec3, f32) {
-        if rays.is_blocked(self.ray) {
-            (Vec3::ZERO, self.by_light)
-        } else {
-            (self.value, self.by_light + self.by_bsdf)
+impl SeenX8 {
+    #[inline(always)]
+    fn new<const DIFFUSE: bool>(from: Vec3x8, light: &LightSamplesX8) -> Self {
+        let seen = Seen::new(from, light.position, light.ng);
+        let from_front = negative(light.ng.dot(seen.direction));
+        let mut on_surface = SeenX8 {
+            wi: seen.direction,
+            per_density: seen.solid_angle_per_area / light.density,
+            holds: light.holds & seen.holds & from_front,
+        };
+        if !DIFFUSE && light.sky != 0 {
+            let sky = mask_of(light.sky);
+            let (wi, per_density) = (light.position, f32x8::ONE / light.density);
+            on_surface.wi = Vec3x8::select(sky, wi, on_surface.wi);
+            on_surface.per_density = sky.select(per_density, on_surface.per_density);
+            on_surface.holds = sky.select(light.holds, on_surface.holds);
+        }
+        on_surface
+    }
+}
+
+/// The rays from vertices to points on lights.
+#[inline(always)]
+pub(super) fn shadow_rays<const DIFFUSE: bool>(
+    from: &VerticesX8,
+    light: &LightSamplesX8,
+) -> RaysX8 {
+    let rays = from.rays_to(light.position, light.ng, light.offset);
+    if DIFFUSE || light.sky == 0 {
+        return rays;
+    }
+    RaysX8::select(mask_of(light.sky), from.rays(light.position), rays)
+}
+
+/// Vertices x_k connected to points on lights.
+pub(super) struct ConnectedX8 {
+    /// Unit directions to the lights.
+    wi: Vec3x8,
+    /// One over the densities per solid angle.
+    per_density: f32x8,
+    /// What arrives from there, over the density.
+    arriving: Vec3x8,
+    eval: Evals<f32x8>,
+    survival: f32x8,
+    /// A bit for each lane with a connection. The others are outside of the path space: they see the back of the
+    /// light, or the light is on a side to which the surface does not scatter.
+    pub(super) holds: u32,
+}
+
+impl ConnectedX8 {
+    #[inline(always)]
+    pub(super) fn new<const DIFFUSE: bool>(
+        scene: &Scene,
+        from: &VerticesX8,
+        light: &LightSamplesX8,
+        k: u32,
+    ) -> Self {
+        let seen = SeenX8::new::<DIFFUSE>(from.position, light);
+        let eval = from.eval::<DIFFUSE>(scene, seen.wi);
+        ConnectedX8 {
+            wi: seen.wi,
+            per_density: seen.per_density,
+            arriving: light.radiance * seen.per_density,
+            eval,
+            survival: from.survival(k),
+            holds: (seen.holds & eval.holds).to_bitmask(),
         }
     }
-}
 
-impl<const N: usize> LightPath<N> {
-    /// The complete paths, once the shadow rays are traced.
-    #[inline]
-    pub(super) fn resolve(&self, rays: &AnyBatch) -> (Base, [Shift; N]) {
-        let (value, densities) = self.base.resolve(rays);
-        let shifts = std::array::from_fn(|j| match &self.offsets[j] {
-            Some(connection) => {
-                let (value, densities) = connection.resolve(rays);
-                Shift {
-                    value: value.into(),
-                    densities,
-                }
-            }
-            None => Shift::DEAD,
-        });
-        let base = Base {
-            value: value.into(),
-            densities,
-        };
-        (base, shifts)
+    /// The values of paths that arrive at x_k with `throughput`, over the density, if nothing blocks them.
+    #[inline(always)]
+    pub(super) fn value(&self, throughput: Vec3x8) -> Vec3x8 {
+        throughput * self.eval.value * self.arriving
+    }
+
+    /// Densities of BSDF sampling, over those of light sampling.
+    #[inline(always)]
+    pub(super) fn by_bsdf(&self) -> f32x8 {
+        self.eval.pdf * self.survival * self.per_density
     }
 }
 
-impl<const N: usize> Wavefront<N> {
-    pub(super) fn light_step(&mut self, context: Context, k: u32) {
+/// Complete paths of eight pixels, but for their shadow rays.
+#[derive(Clone)]
+pub(super) struct LightBlock<const N: usize> {
+    base: ConnectionX8,
+    offsets: [ConnectionX8; N],
+}
+
+/// Vertices connected to points on lights. Densities are over that of light sampling at the base path.
+#[derive(Clone, Copy)]
+struct ConnectionX8 {
+    /// The paths' values over the density, if nothing blocks them.
+    value: Vec3x8,
+    /// Densities of light sampling, which makes blocked paths too.
+    by_light: f32x8,
+    /// Densities of BSDF sampling, if nothing blocks the paths; it makes no blocked ones.
+    by_bsdf: f32x8,
+    /// A bit for each lane with a connection.
+    holds: u32,
+    /// The shadow rays.
+    ray: [u32; LANES],
+}
+
+impl<const N: usize> LightBlock<N> {
+    const DARK: Self = Self {
+        base: ConnectionX8::DARK,
+        offsets: [ConnectionX8::DARK; N],
+    };
+
+    /// The complete paths, once the shadow rays are traced; a bit for each lane with one.
+    #[inline(always)]
+    pub(super) fn resolve(&self, rays: &AnyBatch) -> (Base<f32x8>, [Shift<f32x8>; N], u32) {
+        let Shift { value, densities } = self.base.resolve(rays);
+        let base = Base { value, densities };
+        let mut shifts = [Shift::DEAD; N];
+        for (shift, offset) in shifts.iter_mut().zip(&self.offsets) {
+            *shift = offset.resolve(rays);
+        }
+        (base, shifts, self.base.holds)
+    }
+}
+
+impl ConnectionX8 {
+    const DARK: Self = Self {
+        value: Vec3x8::ZERO,
+        by_light: f32x8::ZERO,
+        by_bsdf: f32x8::ZERO,
+        holds: 0,
+        ray: [0; LANES],
+    };
+
+    #[inline(always)]
+    fn resolve(&self, rays: &AnyBatch) -> Shift<f32x8> {
+        let free = mask_of(self.holds & !rays.blocked(&self.ray, self.holds));
+        Shift {
+            value: Vec3x8::select(free, self.value, Vec3x8::ZERO),
+            densities: mask_of(self.holds) & (self.by_light + (free & self.by_bsdf)),
+        }
+    }
+
+    /// Takes the lanes `lanes` from `other`, the shadow rays aside.
+    #[inline(always)]
+    fn put(&mut self, other: Self, lanes: u32) {
+        let mask = mask_of(lanes);
+        self.value = Vec3x8::select(mask, other.value, self.value);
+        self.by_light = mask.select(other.by_light, self.by_light);
+        self.by_bsdf = mask.select(other.by_bsdf, self.by_bsdf);
+        self.holds |= other.holds & lanes;
+    }
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Samples a point on a light for each path, and gathers what comes from there.
+    pub(super) fn light_step<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         if scene.lights.is_empty() {
             return;
         }
-        self.light_paths.clear();
         self.shadow.clear();
-        let samplers = self.paths.iter().map(|path| path.sampler);
-        sampler::draw_all(samplers, Dimension::Light(k), &mut self.numbers);
-        for (path, &[u0, u1, u2, _]) in self.paths.iter().zip(&self.numbers) {
-            if path.vertex.class(scene) == Class::Rough {
-                let light = scene.sample_light(path.vertex.position, [u0, u1, u2]);
-                let connected =
-                    light.and_then(|light| connect(scene, path, &light, k, &mut self.shadow));
-                self.light_paths.extend(connected);
+        let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
+        draw(live.map(|block| &block.samplers), k, &mut self.numbers);
+        self.lights.resize(self.live.len(), LightBlock::DARK);
+        let own = Own {
+            grid: &self.grid,
+            stored: &self.own,
+        };
+        let steps = self.live.iter().zip(&mut self.lights);
+        for ((&at, to), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
+            let block = &self.blocks[at as usize];
+            let x = &block.vertices;
+            // A path through a specular vertex is found by BSDF sampling alone.
+            let rough = if DIFFUSE {
+                block.alive
+            } else {
+                block.alive & x.rough
+            };
+            to.base.holds = 0;
+            if !DIFFUSE && rough == 0 {
+                continue;
+            }
+            let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
+            let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
+            to.base = ConnectionX8 {
+                value: to_light.value(block.throughput),
+                by_light: f32x8::ONE,
+                by_bsdf: to_light.by_bsdf(),
+                holds: to_light.holds & rough,
+                ray: [0; LANES],
+            };
+            let rays = block.connect::<DIFFUSE>((scene, k), (&own, at), &light, &to_light, to);
+            for lane in lanes_of(to.base.holds) {
+                to.base.ray[lane] = self.shadow.push(&rays.base.lane(lane));
+                for (j, connection) in to.offsets.iter_mut().enumerate() {
+                    connection.ray[lane] = if rays.own[j] >> lane & 1 == 1 {
+                        self.shadow.push(&rays.offsets[j].lane(lane))
+                    } else {
+                        to.base.ray[lane]
+                    };
+                }
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
-        for light_path in &self.light_paths {
-            let (base, shifts) = light_path.resolve(&self.shadow);
-            let sample = &mut self.samples[light_path.pixel as usize];
-            gather(sample, context.settings.weights, &base, &shifts);
+        let weights = context.settings.weights;
+        for (&at, light) in self.live.iter().zip(&self.lights) {
+            if light.base.holds != 0 {
+                let (base, shifts, holds) = light.resolve(&self.shadow);
+                self.blocks[at as usize].gather(weights, &base, &shifts, holds);
+            }
         }
     }
 }
 
-/// Connects x_k and the offset paths' vertices to the same point on a light. `None` where the base path
-/// is outside of the path space: it sees the back of the light, or the light is on a side to which
-/// the surface does not scatter.
-#[inline]
-fn connect<const N: usize>(
-    scene: &Scene,
-    path: &BasePath<N>,
-    light: &LightSample,
-    k: u32,
-    rays: &mut AnyBatch,
-) -> Option<LightPath<N>> {
-    let x = &path.vertex;
-    let seen = seen(x, light)?;
-    let wi = seen.wi;
-    let eval = x.eval(scene, wi)?;
-    let arriving = seen.radiance * seen.per_density;
-    let x_survival = survival(scene, x, k);
-    let base = Connection {
-        value: path.throughput * eval.value * arriving,
-        by_light: 1.0,
-        by_bsdf: eval.pdf * x_survival * seen.per_density,
-        ray: rays.push(&seen.ray(x, light)),
-    };
-    let offsets = std::array::from_fn(|j| match &path.offsets[j] {
-        Offset::Dead => None,
-        Offset::Connected(carried) => Some(Connection {
-            value: carried.throughput * eval.value * arriving,
-            by_light: carried.ratio,
-            by_bsdf: carried.ratio * base.by_bsdf,
-            ray: base.ray,
-        }),
-        Offset::Joined { wo, carried } => {
-            let eval = x.eval_seen_from(scene, *wo, wi)?;
-            Some(Connection {
-                value: carried.throughput * eval.value * arriving,
-                by_light: carried.ratio,
-                by_bsdf: carried.ratio * eval.pdf * x_survival * seen.per_density,
-                ray: base.ray,
-            })
-        }
-        // The offset path is reconnected at the light itself; |T'| turns its solid angle into the base
-        // path's, through the area on the light, or the direction, that they share.
-        Offset::Free { vertex, carried } => {
-            let seen = self::seen(vertex, light)?;
-            let eval = vertex.eval(scene, seen.wi)?;
-            let value = carried.throughput * eval.value * seen.radiance * seen.per_density;
-            let by_bsdf = carried.ratio * eval.pdf * survival(scene, vertex, k) * seen.per_density;
-            // What is not finite is dead.
-            (value.is_finite() && by_bsdf.is_finite()).then(|| Connection {
-                value,
-                by_light: carried.ratio * relative_density(scene, light, vertex),
-                by_bsdf,
-                ray: rays.push(&seen.ray(vertex, light)),
-            })
-        }
-    });
-    Some(LightPath {
-        pixel: path.pixel,
-        base,
-        offsets,
-    })
+/// The shadow rays of a block.
+struct ShadowRays<const N: usize> {
+    base: RaysX8,
+    offsets: [RaysX8; N],
+    /// A bit for each lane whose offset path has a ray of its own, not that of the base path.
+    own: [u32; N],
 }
 
-/// A light sample as seen from a vertex.
-struct Seen {
-    /// Unit direction to it.
-    wi: Vec3,
-    radiance: Vec3,
-    /// One over the density of the sample per solid angle.
-    per_density: f32,
-}
-
-impl Seen {
-    /// The shadow ray.
-    #[inline]
-    fn ray(&self, from: &Vertex, light: &LightSample) -> Ray {
-        match light {
-            LightSample::Surface(point) => from.ray_to(point.position, point.ng, point.offset),
-            LightSample::Sky(_) => from.ray(self.wi),
+impl<const N: usize> Block<N> {
+    /// Connects the offset paths to the same points on lights.
+    #[inline(always)]
+    fn connect<const DIFFUSE: bool>(
+        &self,
+        (scene, k): (&Scene, u32),
+        (own, at): (&Own<N>, u32),
+        light: &LightSamplesX8,
+        to_light: &ConnectedX8,
+        to: &mut LightBlock<N>,
+    ) -> ShadowRays<N> {
+        let x = &self.vertices;
+        let there = to.base.holds;
+        let mut rays = ShadowRays {
+            base: shadow_rays::<DIFFUSE>(x, light),
+            offsets: [RaysX8::NONE; N],
+            own: [0; N],
+        };
+        for (j, offset) in self.offsets.iter().enumerate() {
+            let carried = offset.carried;
+            let connection = &mut to.offsets[j];
+            connection.holds = 0;
+            if !DIFFUSE && offset.connected() != 0 {
+                let shared = ConnectionX8 {
+                    value: to_light.value(carried.throughput),
+                    by_light: carried.ratio,
+                    by_bsdf: carried.ratio * to.base.by_bsdf,
+                    holds: there,
+                    ray: [0; LANES],
+                };
+                connection.put(shared, offset.connected());
+            }
+            if offset.joined() != 0 {
+                let eval = x.eval_seen_from::<DIFFUSE>(scene, offset.wo, to_light.wi);
+                let joined = ConnectionX8 {
+                    value: carried.throughput * eval.value * to_light.arriving,
+                    by_light: carried.ratio,
+                    by_bsdf: carried.ratio * eval.pdf * to_light.survival * to_light.per_density,
+                    holds: eval.holds.to_bitmask() & there,
+                    ray: [0; LANES],
+                };
+                connection.put(joined, offset.joined());
+            }
+            // A free offset path is reconnected at the light itself; |T'| turns its solid angle into the base path's,
+            // through the area on the light, or the direction, that they share.
+            if offset.free() & there != 0 {
+                own.with::<DIFFUSE, _>((at, self.place), j, |y| {
+                    let seen = SeenX8::new::<DIFFUSE>(y.position, light);
+                    let eval = y.eval::<DIFFUSE>(scene, seen.wi);
+                    let value = carried.throughput * eval.value * light.radiance * seen.per_density;
+                    let by_bsdf = carried.ratio * eval.pdf * y.survival(k) * seen.per_density;
+                    // What is not finite is dead.
+                    let holds = seen.holds & eval.holds & value.is_finite() & by_bsdf.is_finite();
+                    let lanes = offset.free() & there;
+                    let mut by_light = carried.ratio;
+                    if !DIFFUSE && scene.lights.depend_on_place() {
+                        by_light *= light.relative_density(scene, y.position, lanes);
+                    }
+                    let free = ConnectionX8 {
+                        value,
+                        by_light,
+                        by_bsdf,
+                        holds: holds.to_bitmask() & lanes,
+                        ray: [0; LANES],
+                    };
+                    connection.put(free, lanes);
+                    rays.own[j] = free.holds;
+                    rays.offsets[j] = shadow_rays::<DIFFUSE>(y, light);
+                });
+            }
         }
-    }
-}
-
-/// The density with which light sampling at an offset vertex has the sample, over that at the base vertex.
-#[inline]
-fn relative_density(scene: &Scene, light: &LightSample, offset: &Vertex) -> f32 {
-    match light {
-        LightSample::Surface(point) if scene.lights.depend_on_place() => {
-            scene.lights.density(point.triangle, offset.position) / point.density
-        }
-        _ => 1.0,
-    }
-}
-
-/// A light sample as seen from a vertex; `None` at the light's back.
-#[inline]
-fn seen(from: &Vertex, light: &LightSample) -> Option<Seen> {
-    match light {
-        LightSample::Surface(point) => {
-            let (wi, g) = solid_angle_per_area(from.position, point.position, point.ng)?;
-            (point.ng.dot(wi) < 0.0).then(|| Seen {
-                wi,
-                radiance: point.radiance,
-                per_density: g / point.density,
-            })
-        }
-        LightSample::Sky(sky) => Some(Seen {
-            wi: sky.direction,
-            radiance: sky.radiance,
-            per_density: 1.0 / sky.density,
-        }),
+        rays
     }
 }

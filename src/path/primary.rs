@@ -1,168 +1,382 @@
 //! The primary step: one camera ray for each pixel and sample serves the pixel's base path and the
 //! offset paths of its four neighbours.
 
-use super::{BasePath, Context, PathSettings, Tile, Wavefront, or_dead, trace_closest};
+use super::arrival;
+use super::base::{BasePaths, Block, count, step};
+use super::{Context, PathSettings, Tile, trace_closest};
 use crate::gradient::Neighbour;
+use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of, negative};
 use crate::sampler::{Dimension, Sampler};
-use crate::shift::{self, Offset};
-use crate::sums::TileSums;
+use crate::scene::camera::{Camera, Lens};
+use crate::shift::{Death, OffsetsX8};
+use crate::sums::{PixelSample, TileSums};
 use crate::trace::RayKind;
-use crate::trace::rays::Ray;
-use crate::vertex::{End, Vertex};
+use crate::trace::rays::{ClosestBatch, HitsX8, Ray};
+use crate::vertex::{End, VerticesX8};
 use glam::Vec3;
+use wide::f32x8;
 
-impl<const N: usize> Wavefront<N> {
+/// The camera rays of a tile, and what they met.
+#[derive(Default)]
+pub(super) struct Buffers {
+    rays: ClosestBatch,
+    /// The pixel of the tile to whose base path each ray belongs, if to any: [`NONE`] are those of offset paths alone.
+    pixels: Vec<u32>,
+    /// With a lens, the rays of each pixel and of its `N` offset paths; [`NONE`] outside of the film.
+    through_lens: Vec<u32>,
+    /// What they met, eight by eight, and a bit for each surface. Not in diffuse scenes: there the grid has it.
+    hits: Vec<(VerticesX8, u32)>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Buffers {
+    /// The block with the surface that a ray met, if it did, and the lane.
+    #[inline(always)]
+    fn surface(&self, ray: u32) -> Option<(&VerticesX8, usize)> {
+        let (block, lane) = (ray as usize / LANES, ray as usize % LANES);
+        let (vertices, surfaces) = &self.hits[block];
+        (surfaces >> lane & 1 == 1).then_some((vertices, lane))
+    }
+}
+
+/// The part of the film that the camera rays of a tile go through: the tile and a border of one pixel for the offset
+/// paths, as far as it is on the film.
+#[derive(Clone, Copy)]
+struct Window {
+    left: u32,
+    top: u32,
+    right: u32,
+    bottom: u32,
+}
+
+impl Window {
+    fn new(tile: Tile, border: u32, camera: &Camera) -> Self {
+        Self {
+            left: tile.x.max(border) - border,
+            top: tile.y.max(border) - border,
+            right: (tile.x + tile.width + border).min(camera.width),
+            bottom: (tile.y + tile.height + border).min(camera.height),
+        }
+    }
+
+    fn width(&self) -> usize {
+        (self.right - self.left) as usize
+    }
+
+    /// The place of a pixel of `tile`, row by row.
+    fn place(&self, tile: Tile, (x, y): (u32, u32)) -> usize {
+        let (x, y) = (tile.x + x - self.left, tile.y + y - self.top);
+        y as usize * self.width() + x as usize
+    }
+}
+
+/// The lanes of eight pixels in a row, from (`x`, `y`) on, whose neighbours are on the film.
+fn on_film(camera: &Camera, (x, y): (u32, u32), neighbour: usize) -> u32 {
+    match Neighbour::ALL[neighbour] {
+        Neighbour::Right => first_lanes((camera.width - 1 - x) as usize),
+        Neighbour::Left => !u32::from(x == 0),
+        Neighbour::Down => u32::from(y + 1 < camera.height).wrapping_neg(),
+        Neighbour::Up => u32::from(y > 0).wrapping_neg(),
+    }
+}
+
+impl<const N: usize> BasePaths<N> {
     /// Traces the camera rays of one sample and starts the base paths at their first vertices.
-    pub(super) fn primary_step(
+    pub(super) fn primary_step<const DIFFUSE: bool>(
         &mut self,
         context: Context,
         tile: Tile,
         sample: u64,
+        samples: &mut [PixelSample],
         sums: &mut TileSums,
     ) {
-        let scene = context.scene;
-        let camera = &scene.camera;
-        let PathSettings { points, seed, .. } = *context.settings;
-        // All pixels have the same position inside the pixel, so that the offset path's camera ray is
-        // the neighbour's.
-        let position = context.settings.position(sample);
-        let border = if N == 0 { 0 } else { 1 };
-        let columns = tile.width as i32 + 2 * border;
-        let own_sampler = |x, y| Sampler::for_pixel(points, seed, x, y, sample);
-
-        // Camera rays; outside of the film there is nothing to compare with.
-        self.primary.clear();
-        self.ends.clear();
-        let on_film = |x: i32, y: i32| {
-            x >= 0 && y >= 0 && x < camera.width as i32 && y < camera.height as i32
-        };
-        let (rays, rows) = (&mut self.primary, tile.height as i32 + 2 * border);
-        // Whether there is a ray, in the order of `self.ends`.
-        let there = &mut self.there;
-        there.clear();
+        let camera = &context.scene.camera;
+        let window = Window::new(tile, u32::from(N > 0), camera);
+        self.primary.rays.clear();
+        self.primary.pixels.clear();
         match &camera.lens {
-            None => {
-                for row in 0..rows {
-                    for column in 0..columns {
-                        let (x, y) = (
-                            tile.x as i32 + column - border,
-                            tile.y as i32 + row - border,
-                        );
-                        there.push(on_film(x, y));
-                        if on_film(x, y) {
-                            let (x, y) = (x as f32 + position.x, y as f32 + position.y);
-                            let direction = camera.direction(x, y);
-                            rays.push(&Ray::without_end(camera.origin, direction));
-                        }
-                    }
-                }
-            }
-            // A point of the lens for each pixel, which its offset paths share.
-            Some(lens) => {
-                for y in tile.y..tile.y + tile.height {
-                    for x in tile.x..tile.x + tile.width {
-                        let [u, v, ..] = own_sampler(x, y).draw(Dimension::Pixel);
-                        let steps = Neighbour::ALL.iter().map(|n| n.step()).take(N);
-                        for (sx, sy) in std::iter::once((0, 0)).chain(steps) {
-                            let (x, y) = (x as i32 + sx, y as i32 + sy);
-                            there.push(on_film(x, y));
-                            if on_film(x, y) {
-                                let (x, y) = (x as f32 + position.x, y as f32 + position.y);
-                                let (origin, direction) = camera.through_lens(lens, x, y, [u, v]);
-                                rays.push(&Ray::without_end(origin, direction));
-                            }
-                        }
-                    }
-                }
-            }
+            None => self.push_window(context, tile, window, sample),
+            Some(lens) => self.push_through_lens(context, lens, tile, sample),
         }
         trace_closest(
             context,
-            &mut self.primary,
+            &mut self.primary.rays,
             RayKind::Primary,
             &mut self.counts,
         );
 
         // What they met.
-        let mut index = 0;
-        for &there in &self.there {
-            let end = there.then(|| {
-                let direction = self.primary.ray(index).direction;
-                let end = End::new(scene, self.primary.hit(index), direction);
-                index += 1;
-                end
-            });
-            self.ends.push(end);
+        self.blocks.clear();
+        self.own.clear();
+        self.primary.hits.clear();
+        if DIFFUSE && N > 0 {
+            self.grid.resize(window.width(), self.primary.rays.len());
         }
-        // Where the rays of a pixel and of its offset paths are.
-        let has_lens = camera.lens.is_some();
-        let place = |x: u32, y: u32| {
-            if has_lens {
-                ((y * tile.width + x) * (N as u32 + 1)) as i32
+        let mut vertices = VerticesX8::NONE;
+        for block in 0..self.primary.rays.len().div_ceil(LANES) {
+            let hits = self.primary.rays.hits(block);
+            let surfaces = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut vertices);
+            let place = block * LANES;
+            let pixels = &self.primary.pixels[place..];
+            first_hits(context, &hits, (&vertices, surfaces), pixels, samples, sums);
+            if N == 0 {
+                self.start_plain(context, tile, place, sample, (&vertices, surfaces));
+            } else if DIFFUSE {
+                self.grid.store(place, &vertices, surfaces);
             } else {
-                (y as i32 + border) * columns + x as i32 + border
+                self.primary.hits.push((vertices.clone(), surfaces));
             }
-        };
-        let neighbour = |at: i32, j: usize| {
-            let (sx, sy) = Neighbour::ALL[j].step();
-            if has_lens {
-                at + 1 + j as i32
-            } else {
-                at + sy * columns + sx
-            }
-        };
+        }
 
-        // Buffers, light seen directly, and the base paths.
-        self.paths.clear();
-        for y in 0..tile.height {
-            for x in 0..tile.width {
-                let pixel = y * tile.width + x;
-                let at = place(x, y);
-                let Some(end) = &self.ends[at as usize] else {
-                    continue;
-                };
-                let sum = &mut sums.pixels[pixel as usize];
-                let own = &mut self.samples[pixel as usize];
-                own.coverage = f32::from(!matches!(end, End::Environment(_)));
-                match end {
-                    End::Environment(direction) => own.direct = scene.seen_directly(*direction),
-                    End::Light(light) => {
-                        own.direct = light.radiance;
-                        let albedo = light.radiance.min(Vec3::ONE);
-                        sum.first_hit(albedo, light.ng, camera.origin.distance(light.position));
-                    }
-                    End::Surface(vertex) => {
-                        let albedo = vertex.bsdf(scene).albedo();
-                        let normal = facing_normal(vertex);
-                        sum.first_hit(albedo, normal, camera.origin.distance(vertex.position));
-                        let offsets: [Offset; N] = std::array::from_fn(|j| {
-                            match &self.ends[neighbour(at, j) as usize] {
-                                Some(other) => {
-                                    or_dead(shift::primary(scene, vertex, other), &mut self.counts)
-                                }
-                                // The film ends here: this difference does not exist.
-                                None => Offset::Dead,
-                            }
-                        });
-                        self.paths.push(BasePath {
-                            pixel,
-                            sampler: own_sampler(tile.x + x, tile.y + y),
-                            vertex: *vertex,
-                            throughput: Vec3::ONE,
-                            offsets,
-                        });
+        // Base and offset paths.
+        if N > 0 {
+            for y in 0..tile.height {
+                for x in (0..tile.width).step_by(LANES) {
+                    let place = window.place(tile, (x, y));
+                    if DIFFUSE {
+                        self.start_on_grid(context, tile, (x, y), place, sample);
+                    } else {
+                        self.start(context, tile, (x, y), window, sample);
                     }
                 }
             }
         }
+        self.live.clear();
+        self.live.extend(0..self.blocks.len() as u32);
+    }
+
+    /// Camera rays through a window, row by row. All pixels have the same position inside the pixel, so that the
+    /// offset path's camera ray is the neighbour's.
+    fn push_window(&mut self, context: Context, tile: Tile, window: Window, sample: u64) {
+        let camera = &context.scene.camera;
+        let position = context.settings.position(sample);
+        for y in window.top..window.bottom {
+            for x in (window.left..window.right).step_by(LANES) {
+                let across = f32x8::from_lanes(|lane| (x + lane as u32) as f32 + position.x);
+                let directions = camera.directions(across, y as f32 + position.y);
+                for lane in lanes_of(first_lanes((window.right - x) as usize)) {
+                    let ray = Ray::without_end(camera.origin, directions.lane(lane));
+                    self.primary.rays.push(&ray);
+                    // In the border this wraps around.
+                    let x = (x + lane as u32).wrapping_sub(tile.x);
+                    let y = y.wrapping_sub(tile.y);
+                    let in_tile = x < tile.width && y < tile.height;
+                    let pixel = if in_tile { y * tile.width + x } else { NONE };
+                    self.primary.pixels.push(pixel);
+                }
+            }
+        }
+    }
+
+    /// Camera rays through a lens: a point of the lens for each pixel, which its offset paths share.
+    fn push_through_lens(&mut self, context: Context, lens: &Lens, tile: Tile, sample: u64) {
+        let camera = &context.scene.camera;
+        let PathSettings { points, seed, .. } = *context.settings;
+        let position = context.settings.position(sample);
+        let Buffers {
+            rays,
+            pixels,
+            through_lens,
+            ..
+        } = &mut self.primary;
+        through_lens.clear();
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                let sampler = Sampler::for_pixel(points, seed, x, y, sample);
+                let [u, v, ..] = sampler.draw(Dimension::Pixel);
+                let mut pixel = (y - tile.y) * tile.width + (x - tile.x);
+                let steps = Neighbour::ALL.iter().map(|n| n.step()).take(N);
+                for (sx, sy) in std::iter::once((0, 0)).chain(steps) {
+                    let (x, y) = (x as i32 + sx, y as i32 + sy);
+                    // Outside of the film there is nothing to compare with.
+                    let columns = 0..camera.width as i32;
+                    if !columns.contains(&x) || !(0..camera.height as i32).contains(&y) {
+                        through_lens.push(NONE);
+                        continue;
+                    }
+                    let (x, y) = (x as f32 + position.x, y as f32 + position.y);
+                    let (origin, direction) = camera.through_lens(lens, x, y, [u, v]);
+                    through_lens.push(rays.push(&Ray::without_end(origin, direction)));
+                    // The first is the pixel's own.
+                    pixels.push(std::mem::replace(&mut pixel, NONE));
+                }
+            }
+        }
+    }
+
+    /// Starts the paths of eight pixels of which the first is at `place`, row by row, without offset paths.
+    #[inline(always)]
+    fn start_plain(
+        &mut self,
+        context: Context,
+        tile: Tile,
+        place: usize,
+        sample: u64,
+        (vertices, alive): (&VerticesX8, u32),
+    ) {
+        if alive == 0 {
+            return;
+        }
+        let PathSettings { points, seed, .. } = *context.settings;
+        self.blocks.push(Block::NONE);
+        let block = self.blocks.last_mut().expect("it was just pushed");
+        block.pixel = place as u32;
+        block.vertices = vertices.clone();
+        block.alive = alive;
+        for lane in lanes_of(alive) {
+            let pixel = block.pixel + lane as u32;
+            let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
+            block.samplers[lane] = Sampler::for_pixel(points, seed, x, y, sample);
+        }
+    }
+
+    /// A block for the eight pixels from (`x`, `y`) in the tile on.
+    #[inline(always)]
+    fn push_block(&mut self, context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) {
+        let PathSettings { points, seed, .. } = *context.settings;
+        self.blocks.push(Block::NONE);
+        let block = self.blocks.last_mut().expect("it was just pushed");
+        block.pixel = y * tile.width + x;
+        for (lane, sampler) in block.samplers.iter_mut().enumerate() {
+            let x = tile.x + x + lane as u32;
+            *sampler = Sampler::for_pixel(points, seed, x, tile.y + y, sample);
+        }
+    }
+
+    /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on, which are at `place` in the grid.
+    #[inline(always)]
+    fn start_on_grid(
+        &mut self,
+        context: Context,
+        tile: Tile,
+        (x, y): (u32, u32),
+        place: usize,
+        sample: u64,
+    ) {
+        let camera = &context.scene.camera;
+        let alive = self.grid.surfaces(place, 0) & first_lanes((tile.width - x) as usize);
+        if alive == 0 {
+            return;
+        }
+        self.push_block(context, tile, (x, y), sample);
+        let block = self.blocks.last_mut().expect("it was just pushed");
+        block.place = place;
+        block.vertices = self.grid.load(place, 0);
+        block.alive = alive;
+        for (j, offsets) in block.offsets.iter_mut().enumerate() {
+            // Where the film ends the difference does not exist.
+            let wanted = alive & on_film(camera, (tile.x + x, tile.y + y), j);
+            let there = self.grid.surfaces(place, step(j, self.grid.width));
+            count(&mut self.counts, Death::Missed, wanted & !there);
+            *offsets = OffsetsX8::start(wanted & there);
+        }
+    }
+
+    /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on.
+    fn start(
+        &mut self,
+        context: Context,
+        tile: Tile,
+        (x, y): (u32, u32),
+        window: Window,
+        sample: u64,
+    ) {
+        let camera = &context.scene.camera;
+        let has_lens = camera.lens.is_some();
+        let width = window.width();
+        // The rays of the pixel in a lane and of its offset paths.
+        let place = window.place(tile, (x, y));
+        let first = (y * tile.width + x) as usize * (N + 1);
+        let ray = |buffers: &Buffers, lane: usize| match has_lens {
+            true => buffers.through_lens[first + lane * (N + 1)],
+            false => (place + lane) as u32,
+        };
+        let neighbour = |buffers: &Buffers, lane: usize, j: usize| match has_lens {
+            true => buffers.through_lens[first + lane * (N + 1) + 1 + j],
+            false => (place + lane).wrapping_add_signed(step(j, width)) as u32,
+        };
+
+        let lanes = first_lanes((tile.width - x) as usize);
+        let alive = lanes_of(lanes)
+            .filter(|&lane| self.primary.surface(ray(&self.primary, lane)).is_some())
+            .fold(0, |bits, lane| bits | 1 << lane);
+        if alive == 0 {
+            return;
+        }
+        self.push_block(context, tile, (x, y), sample);
+        self.own.push([const { VerticesX8::NONE }; N]);
+        let (Some(block), Some(own)) = (self.blocks.last_mut(), self.own.last_mut()) else {
+            return;
+        };
+        block.alive = alive;
+        for lane in lanes_of(alive) {
+            if let Some((met, from)) = self.primary.surface(ray(&self.primary, lane)) {
+                block.vertices.copy::<false>(lane, met, from);
+            }
+        }
+        for (j, (own, offsets)) in own.iter_mut().zip(&mut block.offsets).enumerate() {
+            // Where the film ends the difference does not exist.
+            let wanted = alive & on_film(camera, (tile.x + x, tile.y + y), j);
+            let mut free = 0;
+            for lane in lanes_of(wanted) {
+                let met = self.primary.surface(neighbour(&self.primary, lane, j));
+                // It must be of the base vertex's kind.
+                let Some((met, from)) = met else {
+                    count(&mut self.counts, Death::Missed, 1);
+                    continue;
+                };
+                if met.rough >> from & 1 != block.vertices.rough >> lane & 1 {
+                    count(&mut self.counts, Death::Class, 1);
+                    continue;
+                }
+                own.copy::<false>(lane, met, from);
+                free |= 1 << lane;
+            }
+            *offsets = OffsetsX8::start(free);
+        }
     }
 }
 
-/// The shading normal on the side of the camera.
-fn facing_normal(vertex: &Vertex) -> Vec3 {
-    if vertex.ng.dot(vertex.wo) < 0.0 {
-        -vertex.normal()
-    } else {
-        vertex.normal()
+/// Adds what camera rays met to the buffers of the `pixels` to which they belong, and light seen directly to their
+/// samples.
+#[inline(always)]
+fn first_hits(
+    context: Context,
+    hits: &HitsX8,
+    (vertices, surfaces): (&VerticesX8, u32),
+    pixels: &[u32],
+    samples: &mut [PixelSample],
+    sums: &mut TileSums,
+) {
+    let camera = &context.scene.camera;
+    let behind = negative(vertices.ng.dot(-hits.direction));
+    let normal = Vec3x8::select(behind, -vertices.normal, vertices.normal);
+    let way = Vec3x8::splat(camera.origin) - vertices.position;
+    let distance = way.dot(way).root();
+    for (lane, &pixel) in pixels.iter().take(LANES).enumerate() {
+        if pixel == NONE {
+            continue;
+        }
+        let pixel = pixel as usize;
+        let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel]);
+        if surfaces >> lane & 1 == 1 {
+            sample.coverage = 1.0;
+            let albedo = vertices.reflectance(context.scene, lane);
+            sums.first_hit(albedo, normal.lane(lane), distance.lane(lane));
+            continue;
+        }
+        match End::in_lane(context.scene, hits, lane) {
+            End::Environment(direction) => {
+                sample.direct = context.scene.seen_directly(direction);
+            }
+            End::Light(light) => {
+                sample.coverage = 1.0;
+                sample.direct = light.radiance;
+                let albedo = light.radiance.min(Vec3::ONE);
+                sums.first_hit(albedo, light.ng, camera.origin.distance(light.position));
+            }
+            End::Surface(_) => (),
+        }
     }
 }

@@ -1,15 +1,18 @@
 //! One sample of one pixel rendered again, step by step in words: what to look at where a sample is not
 //! finite, or too bright.
 
-use super::bounce::{Progress, Step};
-use super::{Context, PathSettings, PathTracer, Tile, Wavefront, trace_any, trace_closest};
+use super::base::{BasePaths, Block};
+use super::bounce::Flight;
+use super::{Context, PathSettings, PathTracer, Step, Tile};
 use crate::gradient::{Base, Neighbour, Shift, Weights};
+use crate::lanes::Vector;
 use crate::scene::Scene;
-use crate::shift::{self, Carried, Death, Offset};
+use crate::shift::{CarriedX8, Death};
 use crate::sums::{PixelSample, TileSums};
-use crate::trace::{RayKind, Traverse};
-use crate::vertex::{End, Vertex};
+use crate::trace::Traverse;
+use crate::vertex::VerticesX8;
 use glam::Vec3;
+use wide::f32x8;
 
 /// What a sample is made of.
 #[derive(Clone, Debug)]
@@ -20,7 +23,8 @@ pub struct Replay {
     pub sample: PixelSample,
 }
 
-/// Renders sample `sample` of the pixel (`x`, `y`) with `N` = 4 offset paths, or none with `N` = 0.
+/// Renders sample `sample` of the pixel (`x`, `y`) with `N` = 4 offset paths, or none with `N` = 0: a tile of one
+/// pixel, whose paths are in the first lane of the first block.
 pub fn replay<const N: usize>(
     scene: &Scene,
     tracer: &dyn Traverse,
@@ -32,8 +36,6 @@ pub fn replay<const N: usize>(
         scene,
         tracer,
         settings,
-        // The bits are the same.
-        in_lanes: false,
     };
     let tile = Tile {
         x,
@@ -44,25 +46,18 @@ pub fn replay<const N: usize>(
     let mut sums = TileSums::default();
     sums.reset(1);
     let mut paths = PathTracer::<N>::default();
-    let mut log = Log { lines: Vec::new() };
-
-    // The steps are those of PathTracer::render.
-    paths.front.samples.push(PixelSample::default());
-    paths.front.primary_step(context, tile, sample, &mut sums);
-    log.primary(&paths.front, context);
-    log.hand_over(&mut paths, context, 1);
-    for k in 1..settings.depth {
-        if paths.is_done() {
-            break;
-        }
-        log.step(&mut paths.front, context, k);
-        log.step(&mut paths.suffixes, context, k);
-        log.hand_over(&mut paths, context, k + 1);
-    }
-    log.suffix(&paths);
-    paths.collect();
+    let mut log = Log {
+        lines: Vec::new(),
+        deaths: [0; Death::ALL.len()],
+        lit: Vec3::ZERO,
+        shares: 0,
+    };
+    // As in scenes that are not diffuse, where all is known of each vertex; the bits are the same.
+    paths.trace_in::<false, false>(context, tile, sample, &mut sums, &mut |paths, step| {
+        log.step(context, paths, step);
+    });
     let weight = settings.position(sample).weight;
-    let mut sample = paths.front.samples[0];
+    let mut sample = paths.samples[0];
     if weight != 1.0 {
         log.say(0, format!("all of it counts {weight} by the pixel filter"));
         sample.scale(weight);
@@ -74,8 +69,17 @@ pub fn replay<const N: usize>(
     }
 }
 
+/// The lane that a replay looks at.
+const LANE: usize = 0;
+
 struct Log {
     lines: Vec<String>,
+    /// Dead shifts that have been told.
+    deaths: [u64; Death::ALL.len()],
+    /// Light of the shared rest of the path that has been told.
+    lit: Vec3,
+    /// Whether it has been told that there is one.
+    shares: usize,
 }
 
 /// A vector with so many digits that the number can be told.
@@ -87,36 +91,42 @@ fn name(j: usize) -> &'static str {
     ["right", "left", "down", "up"][Neighbour::ALL[j] as usize]
 }
 
-fn carried(c: &Carried) -> String {
-    let throughput = vector(c.throughput);
-    format!("f(y)|T'|/p(x) {throughput}, p(y)|T'|/p(x) {:.6e}", c.ratio)
+fn carried(c: &CarriedX8) -> String {
+    let throughput = vector(c.throughput.lane(LANE));
+    let ratio = c.ratio.as_array()[LANE];
+    format!("f(y)|T'|/p(x) {throughput}, p(y)|T'|/p(x) {ratio:.6e}")
 }
 
-fn surface(scene: &Scene, v: &Vertex) -> String {
-    let class = format!("{:?}", v.class(scene)).to_lowercase();
+fn holds(lanes: u32) -> bool {
+    lanes >> LANE & 1 == 1
+}
+
+fn surface(scene: &Scene, vertices: &VerticesX8) -> String {
+    let class = if holds(vertices.rough) {
+        "rough"
+    } else {
+        "specular"
+    };
     format!(
         "at {}, normal {}, material '{}' ({class})",
-        vector(v.position),
-        vector(v.normal()),
-        scene.materials[v.material as usize].name
+        vector(vertices.position.lane(LANE)),
+        vector(vertices.normal.lane(LANE)),
+        scene.materials[vertices.material(LANE) as usize].name
     )
 }
 
-fn end(scene: &Scene, end: &End) -> String {
-    match end {
-        End::Surface(v) => format!("a surface {}", surface(scene, v)),
-        End::Light(l) if l.front => {
-            format!(
-                "a light at {}, radiance {}",
-                vector(l.position),
-                vector(l.radiance)
-            )
-        }
-        End::Light(l) => format!("the back of a light at {}", vector(l.position)),
-        End::Environment(direction) => {
-            let radiance = vector(scene.environment.radiance(*direction));
-            format!("the environment, radiance {radiance}")
-        }
+/// The only lane of numbers for the gradient.
+fn base_of(base: &Base<f32x8>) -> Base {
+    Base {
+        value: Vector::from(base.value.lane(LANE)),
+        densities: base.densities.as_array()[LANE],
+    }
+}
+
+fn shift_of(shift: &Shift<f32x8>) -> Shift {
+    Shift {
+        value: Vector::from(shift.value.lane(LANE)),
+        densities: shift.densities.as_array()[LANE],
     }
 }
 
@@ -126,152 +136,174 @@ impl Log {
             .push(format!("{:indent$}{text}", "", indent = 2 * indent));
     }
 
-    fn primary<const N: usize>(&mut self, front: &Wavefront<N>, context: Context) {
+    fn step<const N: usize>(&mut self, context: Context, paths: &PathTracer<N>, step: Step) {
         let scene = context.scene;
-        // The pixel itself: in the middle of its border, or first.
-        let alone = N == 0 || context.scene.camera.lens.is_some();
-        let own = if alone { 0 } else { 4 };
-        if let Some(Some(met)) = front.ends.get(own) {
-            let met = match met {
-                End::Environment(_) if !scene.shows_environment() => "the background".to_owned(),
-                met => end(scene, met),
-            };
-            self.say(0, format!("x1: the camera sees {met}"));
+        let weights = context.settings.weights;
+        let base = &paths.base;
+        match step {
+            Step::Primary => self.primary(scene, base, &paths.samples[0]),
+            Step::Light(k) => {
+                if let [light] = &base.lights[..] {
+                    let (base, shifts, lanes) = light.resolve(&base.shadow);
+                    if holds(lanes) {
+                        let what = format!("x{k}: a point on a light");
+                        self.complete(&what, &base, &shifts, weights);
+                    }
+                }
+            }
+            Step::Followed(k) => {
+                if let ([flight], [block]) = (&base.flights[..], &base.blocks[..]) {
+                    self.followed(scene, (flight, block), weights, k);
+                }
+            }
+            Step::Arrived(k) => self.arrived(scene, base, k),
+            Step::HandedOver(_) => self.handed_over(paths),
+            Step::Plain(k) => self.plain(scene, paths, k),
         }
-        for path in &front.paths {
-            self.offsets(scene, &path.offsets, 1);
+    }
+
+    fn primary<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        base: &BasePaths<N>,
+        sample: &PixelSample,
+    ) {
+        match &base.blocks[..] {
+            [block] => {
+                let met = surface(scene, &block.vertices);
+                self.say(0, format!("x1: the camera sees a surface {met}"));
+                self.offsets(scene, base, block, 1);
+            }
+            _ => {
+                let what = if sample.coverage > 0.0 {
+                    "a light"
+                } else if scene.shows_environment() {
+                    "the environment"
+                } else {
+                    "the background"
+                };
+                let radiance = vector(sample.direct);
+                self.say(
+                    0,
+                    format!("x1: the camera sees {what}, radiance {radiance}"),
+                );
+            }
         }
     }
 
     /// Where the offset paths are, before they scatter at vertex k.
-    fn offsets(&mut self, scene: &Scene, offsets: &[Offset], k: u32) {
-        for (j, offset) in offsets.iter().enumerate() {
-            let text = match offset {
-                Offset::Free { vertex, carried: c } => {
-                    format!("y{k} {}; {}", surface(scene, vertex), carried(c))
-                }
-                Offset::Joined { carried: c, .. } => format!("joined at x{k}; {}", carried(c)),
-                Offset::Connected(c) => format!("connected; {}", carried(c)),
-                Offset::Dead => "dead".to_owned(),
+    fn offsets<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        base: &BasePaths<N>,
+        block: &Block<N>,
+        k: u32,
+    ) {
+        for (j, offset) in block.offsets.iter().enumerate() {
+            let c = carried(&offset.carried);
+            let text = if holds(offset.free()) {
+                let at = surface(scene, &base.own[0][j]);
+                format!("y{k} {at}; {c}")
+            } else if holds(offset.joined()) {
+                format!("joined at x{k}; {c}")
+            } else if holds(offset.connected()) {
+                format!("connected; {c}")
+            } else {
+                "dead".to_owned()
             };
             self.say(1, format!("{}: {text}", name(j)));
         }
     }
 
-    /// Light and bounce at x_k, as `Wavefront::step` does them.
-    fn step<const N: usize>(&mut self, wave: &mut Wavefront<N>, context: Context, k: u32) {
-        if wave.paths.is_empty() {
-            return;
-        }
-        let scene = context.scene;
-        let weights = context.settings.weights;
-
-        // Light.
-        wave.light_paths.clear();
-        wave.light_step(context, k);
-        for light_path in &wave.light_paths {
-            let (base, shifts) = light_path.resolve(&wave.shadow);
-            self.complete(
-                &format!("x{k}: a point on a light"),
-                &base,
-                &shifts,
-                weights,
-            );
-        }
-
-        // Bounce.
-        let deaths = wave.counts.deaths;
-        wave.scatter(context, k);
-        if wave.paths.is_empty() {
-            self.say(0, format!("x{k}: the path ends (absorbed, or by roulette)"));
-            return;
-        }
-        trace_closest(context, &mut wave.bounce, RayKind::Bounce, &mut wave.counts);
-        wave.follow(context, k);
-        let kind = RayKind::Reconnection;
-        trace_any(context, &mut wave.reconnection, kind, &mut wave.counts);
-        let kind = RayKind::Continuation;
-        trace_closest(context, &mut wave.continuation, kind, &mut wave.counts);
-        self.bounce(wave, scene, k);
-        if let ([bounce], [path]) = (&wave.bounces[..], &wave.paths[..])
-            && super::bounce::leads_to_light(context, &bounce.end, k)
-            && !matches!(bounce.end, End::Surface(_))
-        {
-            let mut counts = wave.counts.clone();
-            let rays = (&wave.reconnection, &wave.continuation);
-            let (base, shifts) = bounce.complete(scene, path, rays.0, rays.1, &mut counts);
-            self.complete("the light is reached", &base, &shifts, weights);
-        }
-        wave.arrive(context, k);
-        for (before, death) in deaths.iter().zip(Death::ALL) {
-            let count = wave.counts.deaths[death as usize] - before;
-            if count > 0 {
-                self.say(1, format!("{count} dead: {}", death.name()));
-            }
-        }
-        for path in &wave.paths {
-            let throughput = vector(path.throughput);
-            self.say(0, format!("x{}: f/p {throughput}", k + 1));
-            self.offsets(scene, &path.offsets, k + 1);
-        }
-    }
-
     /// The scattering at x_k, and how offset paths follow.
-    fn bounce<const N: usize>(&mut self, wave: &Wavefront<N>, scene: &Scene, k: u32) {
-        let ([bounce], [path]) = (&wave.bounces[..], &wave.paths[..]) else {
-            return;
+    fn followed<const N: usize>(
+        &mut self,
+        scene: &Scene,
+        (flight, block): (&Flight<N>, &Block<N>),
+        weights: Weights,
+        k: u32,
+    ) {
+        if !holds(flight.alive) {
+            let text = format!("x{k}: the path ends (absorbed, or by roulette)");
+            return self.say(0, text);
+        }
+        let s = &flight.scattering;
+        let lobe = if holds(s.transmits) {
+            "transmission"
+        } else {
+            "reflection"
         };
-        let s = &bounce.scattering;
-        let lobe = format!("{:?}", s.lobe).to_lowercase();
         self.say(
             0,
             format!(
                 "x{k}: scatters ({lobe}) along {}, BSDF with cosine {}, density {:.6e}",
-                vector(s.wi),
-                vector(s.eval.value),
-                bounce.pdf
+                vector(s.wi.lane(LANE)),
+                vector(s.value.lane(LANE)),
+                s.pdf.as_array()[LANE]
             ),
         );
-        self.say(0, format!("x{}: {}", k + 1, end(scene, &bounce.end)));
-        for (j, (offset, follower)) in path.offsets.iter().zip(&bounce.followers).enumerate() {
-            let (how, c) = match &follower.progress {
-                Progress::Dead => continue,
-                Progress::Shared(c) => ("shares the direction".to_owned(), c),
-                Progress::Reconnecting { ray, carried, .. } => {
-                    let blocked = wave.reconnection.is_blocked(*ray);
-                    let word = if blocked { "is blocked" } else { "reconnects" };
-                    (word.to_owned(), carried)
-                }
-                Progress::Copying { ray, carried } => {
-                    let direction = wave.continuation.ray(*ray).direction;
-                    let met = End::new(scene, wave.continuation.hit(*ray), direction);
-                    (
-                        format!("copies the half vector and meets {}", end(scene, &met)),
-                        carried,
-                    )
-                }
+        let met = if holds(flight.surfaces) {
+            format!("a surface {}", surface(scene, &block.vertices))
+        } else if holds(flight.ends) {
+            format!("light, radiance {}", vector(flight.radiance.lane(LANE)))
+        } else {
+            "nothing that leads to light".to_owned()
+        };
+        self.say(0, format!("x{}: {met}", k + 1));
+        for (j, (offset, follower)) in block.offsets.iter().zip(&flight.followers).enumerate() {
+            let how = if holds(follower.blocked) {
+                "is blocked"
+            } else if holds(follower.joins) {
+                "reconnects"
+            } else if holds(follower.copies & follower.arrived) {
+                "copies the half vector"
+            } else if holds(follower.copies) {
+                "copies the half vector, which leads to something else"
+            } else if holds(offset.alive()) {
+                "shares the direction"
+            } else {
+                continue;
             };
-            let jacobian = match offset {
-                Offset::Free { vertex, .. } => {
-                    let step = Step::of(scene, &path.vertex, bounce);
-                    let shifted = step.and_then(|step| match step {
-                        Step::Join(joint, _) => shift::reconnect(scene, &joint, vertex),
-                        Step::Environment => shift::same_direction(scene, s.wi, vertex),
-                        Step::Copy => shift::copy_half_vector(scene, &path.vertex, s, vertex),
-                    });
-                    shifted.map_or(f32::NAN, |shifted| shifted.jacobian)
-                }
-                _ => 1.0,
+            let jacobian = if holds(offset.free()) {
+                follower.jacobian.as_array()[LANE]
+            } else {
+                1.0
             };
-            self.say(
-                1,
-                format!("{}: {how}, |T'| {jacobian:.6e}; {}", name(j), carried(c)),
-            );
+            let c = carried(&offset.carried);
+            self.say(1, format!("{}: {how}, |T'| {jacobian:.6e}; {c}", name(j)));
+        }
+        if holds(flight.ends) {
+            let (base, shifts) = flight.complete::<false>(block);
+            self.complete("the light is reached", &base, &shifts, weights);
+        }
+    }
+
+    /// Where the paths are at x_{k+1}.
+    fn arrived<const N: usize>(&mut self, scene: &Scene, base: &BasePaths<N>, k: u32) {
+        for (death, told) in Death::ALL.into_iter().zip(self.deaths) {
+            let count = base.counts.deaths[death as usize] - told;
+            if count > 0 {
+                self.say(1, format!("{count} dead: {}", death.name()));
+            }
+        }
+        self.deaths = base.counts.deaths;
+        for &at in &base.live {
+            let block = &base.blocks[at as usize];
+            let throughput = vector(block.throughput.lane(LANE));
+            self.say(0, format!("x{}: f/p {throughput}", k + 1));
+            self.offsets(scene, base, block, k + 1);
         }
     }
 
     /// A complete path with its shifts, and what they add.
-    fn complete(&mut self, what: &str, base: &Base, shifts: &[Shift], weights: Weights) {
+    fn complete(
+        &mut self,
+        what: &str,
+        base: &Base<f32x8>,
+        shifts: &[Shift<f32x8>],
+        weights: Weights,
+    ) {
+        let base = base_of(base);
         self.say(
             0,
             format!(
@@ -282,6 +314,7 @@ impl Log {
             ),
         );
         for (j, shift) in shifts.iter().enumerate() {
+            let shift = &shift_of(shift);
             let (value, weight) = (vector(shift.value.into()), base.weight(shift, weights));
             let adds = vector(base.difference(shift, weights).into());
             let densities = shift.densities;
@@ -290,27 +323,36 @@ impl Log {
         }
     }
 
-    fn hand_over<const N: usize>(&mut self, paths: &mut PathTracer<N>, context: Context, k: u32) {
-        let before = paths.shares.len();
-        paths.hand_over(context, k);
-        for share in &paths.shares[before..] {
+    fn handed_over<const N: usize>(&mut self, paths: &PathTracer<N>) {
+        for share in &paths.shares[self.shares..] {
             let text =
                 "all offset paths are connected or dead: what follows counts from f/p = 1 for all";
             self.say(0, text.to_owned());
-            self.say(
-                1,
-                format!("primal: its light times {}", vector(share.primal)),
-            );
+            let primal = vector(share.primal);
+            self.say(1, format!("primal: its light times {primal}"));
             for (j, to) in share.to.iter().enumerate() {
                 self.say(1, format!("{}: its light times {}", name(j), vector(*to)));
             }
         }
+        self.shares = paths.shares.len();
     }
 
-    /// What the shared rest of the path gathered.
-    fn suffix<const N: usize>(&mut self, paths: &PathTracer<N>) {
-        for gathered in &paths.suffixes.samples {
-            self.say(0, format!("its light: {}", vector(gathered.primal)));
+    /// What the shared rest of the path has gathered, and where it is.
+    fn plain<const N: usize>(&mut self, scene: &Scene, paths: &PathTracer<N>, k: u32) {
+        let [lit] = paths.plain.gathered[..] else {
+            return;
+        };
+        if lit != self.lit {
+            let text = format!("x{k}: its light is now {}", vector(lit));
+            self.say(0, text);
+            self.lit = lit;
+        }
+        match paths.plain.first() {
+            Some((vertices, throughput)) => {
+                let (at, throughput) = (surface(scene, vertices), vector(throughput.lane(LANE)));
+                self.say(0, format!("x{}: a surface {at}; f/p {throughput}", k + 1));
+            }
+            None => self.say(0, "it ends".to_owned()),
         }
     }
 

@@ -54,33 +54,7 @@ struct LightTriangle {
     textured: bool,
 }
 
-/// A sampled point on a light, or a direction to the environment.
-#[derive(Clone, Copy, Debug)]
-pub enum LightSample {
-    /// A point on a triangle.
-    Surface(SurfaceSample),
-    /// A direction to the environment's map; its density is over all lights.
-    Sky(SkySample),
-}
-
-/// A point on a light.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceSample {
-    /// Where it is.
-    pub position: Vec3,
-    /// The side that emits.
-    pub ng: Vec3,
-    /// Radiance emitted to that side.
-    pub radiance: Vec3,
-    /// The triangle.
-    pub triangle: u32,
-    /// Density per area, over all lights, for the point that is lit.
-    pub density: f32,
-    /// Distance by which rays end before the surface.
-    pub offset: f32,
-}
-
-/// [`LightSample`] in lanes.
+/// Sampled points on lights, or directions to the environment.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSamplesX8 {
     /// Where they are; of samples of the sky their directions.
@@ -95,6 +69,8 @@ pub struct LightSamplesX8 {
     pub offset: f32x8,
     /// Where there is a sample.
     pub holds: f32x8,
+    /// The triangles; nothing for samples of the sky.
+    triangle: [u32; LANES],
     /// A bit for each lane with a sample of the sky.
     pub sky: u32,
 }
@@ -230,44 +206,9 @@ impl Lights {
 }
 
 impl Scene {
-    /// Draws a point on a light that may light `from`, or a direction to the environment, with `u` in
-    /// [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. `None` where no light comes from there.
-    #[inline(always)]
-    pub fn sample_light(&self, from: Vec3, u: [f32; 3]) -> Option<LightSample> {
-        let lights = &self.lights;
-        match &lights.choice {
-            // The probability is inside the density.
-            Choice::Power(table) if lights.sky == 0.0 => {
-                self.sample_triangle(table.choose(u[0]), 1.0, u)
-            }
-            _ => self.sample_among_many(from, u),
-        }
-    }
-
-    #[inline(always)]
-    fn sample_triangle(&self, light: usize, probability: f32, u: [f32; 3]) -> Option<LightSample> {
-        let light = &self.lights.triangles[light];
-        let (b, c) = warp::triangle([u[1], u[2]]);
-        let radiance = if light.textured {
-            self.textured_radiance(light, b, c)?
-        } else {
-            light.radiance
-        };
-        if light.density == 0.0 {
-            return None;
-        }
-        let [p0, p1, p2] = light.corners;
-        Some(LightSample::Surface(SurfaceSample {
-            position: p0 * (1.0 - b - c) + p1 * b + p2 * c,
-            ng: light.ng,
-            radiance,
-            triangle: light.triangle,
-            density: light.density * probability,
-            offset: light.offset,
-        }))
-    }
-
-    /// [`Scene::sample_light`] in `lanes`, for the points `from`. There must be a light. `PLAIN`: the lights are plain.
+    /// Draws points on lights that may light the points `from` in `lanes`, or directions to the environment, with `u`
+    /// in [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. It does not hold where no light
+    /// comes from there. `PLAIN`: the lights are plain.
     #[inline(always)]
     pub fn sample_lights<const PLAIN: bool>(
         &self,
@@ -289,13 +230,13 @@ impl Scene {
         }
     }
 
-    // Not inlined, as below.
+    // Not inlined: scenes with a few lamps shall not have it in their loops.
     #[inline(never)]
     fn sample_lights_among_many(&self, from: Vec3x8, lanes: u32, u: [f32x8; 3]) -> LightSamplesX8 {
         let lights = &self.lights;
         let mut chosen = [&LightTriangle::NONE; LANES];
         let mut probability = f32x8::ONE;
-        // Samples of the sky and of what is textured are taken one by one.
+        // Samples of the sky and radiance of what is textured are taken one by one.
         let (mut sky, mut textured) = (0, 0);
         for lane in lanes_of(lanes) {
             let u0 = u[0].lane(lane);
@@ -309,25 +250,19 @@ impl Scene {
             textured |= u32::from(chosen[lane].textured) << lane;
         }
         let mut samples = LightSamplesX8::new(&chosen, probability, [u[1], u[2]]);
-        for lane in lanes_of(sky | textured) {
-            let u = u.map(|u| u.lane(lane));
-            samples.set(lane, self.sample_light(from.lane(lane), u));
+        for lane in lanes_of(sky) {
+            let direction = [u[1], u[2]].map(|u| u.lane(lane));
+            let sample = self.environment.map().and_then(|map| map.sample(direction));
+            samples.set_sky(lane, sample, lights.sky);
+        }
+        for lane in lanes_of(textured) {
+            let (b, c) = warp::triangle([u[1], u[2]].map(|u| u.lane(lane)));
+            match self.textured_radiance(chosen[lane], b, c) {
+                Some(radiance) => samples.radiance.set(lane, radiance),
+                None => samples.holds.set_lane(lane, 0.0),
+            }
         }
         samples
-    }
-
-    // Not inlined, as below: scenes with a few lamps shall not have it in their loops.
-    #[cold]
-    #[inline(never)]
-    fn sample_among_many(&self, from: Vec3, u: [f32; 3]) -> Option<LightSample> {
-        let sky = self.lights.sky;
-        if u[0] < sky {
-            let mut sample = self.environment.map()?.sample([u[1], u[2]])?;
-            sample.density *= sky;
-            return Some(LightSample::Sky(sample));
-        }
-        let (light, probability) = self.lights.choose(from, u[0]);
-        self.sample_triangle(light, probability, u)
     }
 
     #[cold]
@@ -355,31 +290,31 @@ impl LightSamplesX8 {
             offset: f32x8::from_lanes(|lane| chosen[lane].offset),
             holds: density.simd_ne(f32x8::ZERO),
             sky: 0,
+            triangle: chosen.map(|light| light.triangle),
         }
     }
 
-    /// Puts a sample into a lane.
-    fn set(&mut self, lane: usize, sample: Option<LightSample>) {
-        self.holds.set_lane(lane, 0.0);
-        let Some(sample) = sample else {
-            return;
-        };
-        self.holds.set_lane(lane, f32::from_bits(u32::MAX));
-        match sample {
-            LightSample::Surface(point) => {
-                self.position.set(lane, point.position);
-                self.ng.set(lane, point.ng);
-                self.radiance.set(lane, point.radiance);
-                self.density.set_lane(lane, point.density);
-                self.offset.set_lane(lane, point.offset);
-            }
-            LightSample::Sky(sky) => {
-                self.position.set(lane, sky.direction);
-                self.radiance.set(lane, sky.radiance);
-                self.density.set_lane(lane, sky.density);
-                self.sky |= 1 << lane;
-            }
+    /// Puts a sample of the sky into a lane; `chosen` is the probability with which the sky is sampled.
+    fn set_sky(&mut self, lane: usize, sample: Option<SkySample>, chosen: f32) {
+        let holds = if sample.is_some() { u32::MAX } else { 0 };
+        self.holds.set_lane(lane, f32::from_bits(holds));
+        if let Some(sample) = sample {
+            self.position.set(lane, sample.direction);
+            self.radiance.set(lane, sample.radiance);
+            self.density.set_lane(lane, sample.density * chosen);
+            self.sky |= 1 << lane;
         }
+    }
+
+    /// The densities with which light sampling at other points has the samples, in `lanes`, over those that they have.
+    #[inline(never)]
+    pub fn relative_density(&self, scene: &Scene, from: Vec3x8, lanes: u32) -> f32x8 {
+        let mut relative = f32x8::ONE;
+        for lane in lanes_of(lanes & !self.sky) {
+            let density = scene.lights.density(self.triangle[lane], from.lane(lane));
+            relative.set_lane(lane, density / self.density.lane(lane));
+        }
+        relative
     }
 }
 

@@ -65,7 +65,6 @@ pub struct Scene {
     pub framing: Framing,
     /// Degrees by which a studio is turned against the camera.
     studio_rotation: f32,
-    in_lanes: bool,
     is_diffuse: bool,
 }
 
@@ -143,9 +142,7 @@ impl Scene {
         let (environment, background) =
             surroundings::build(&settings.environment, &camera, has_lamps, warnings)?;
         let lights = Lights::new(&mesh, &materials, environment.map().is_some());
-        let in_lanes = !mesh.triangles.is_empty();
-        let is_diffuse =
-            in_lanes && lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
+        let is_diffuse = lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
@@ -155,7 +152,6 @@ impl Scene {
             camera,
             framing,
             studio_rotation: settings.environment.rotation,
-            in_lanes,
             is_diffuse,
         })
     }
@@ -184,22 +180,16 @@ impl Scene {
         }
     }
 
-    /// Whether paths are shaded eight at once, in lanes.
-    #[inline]
-    pub fn in_lanes(&self) -> bool {
-        self.in_lanes
-    }
-
-    /// Whether all that scatters is a Lambert surface and the lights are plain: then base paths with offset paths
-    /// are in lanes too.
+    /// Whether all that scatters is a Lambert surface and the lights are plain: then paths need no code for anything
+    /// else.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
         self.is_diffuse
     }
 
-    /// Has all paths shaded one by one even so, to compare with.
-    pub fn leave_lanes(&mut self) {
-        (self.in_lanes, self.is_diffuse) = (false, false);
+    /// Has paths traced as in any other scene even so, to compare with.
+    pub fn forget_diffuse(&mut self) {
+        self.is_diffuse = false;
     }
 
     /// A fingerprint of geometry, materials, light and camera: the same on every machine.

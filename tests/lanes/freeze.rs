@@ -118,20 +118,3 @@ fn sums_and_counts_are_what_they_were() {
         assert!(total.deaths[death as usize] > 0, "none died of {death:?}");
     }
 }
-
-/// The hashes above are those of the general loop; here it is asked itself, whatever library there is.
-#[test]
-fn mixed_scenes_have_the_bits_of_the_general_loop() {
-    for n in 0..100u64 {
-        let (mut scene, render) = mixed(n);
-        let hash = |scene: &Scene| {
-            let mut hash = Xxh3::new();
-            let counts = hash_into(&mut hash, scene, &render);
-            (hash.digest(), counts)
-        };
-        assert!(scene.in_lanes() && !scene.is_diffuse());
-        let in_lanes = hash(&scene);
-        scene.leave_lanes();
-        assert_eq!(in_lanes, hash(&scene), "scene {n}");
-    }
-}

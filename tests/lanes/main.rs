@@ -1,5 +1,5 @@
-//! Plain paths of all scenes, and all paths of diffuse scenes, go through loops in vector lanes; every bit is that of
-//! the general loop, and so are the counts of rays, dead shifts and dropped samples.
+//! What paths do in diffuse scenes leaves out all code for anything else; every bit is what it is with that code, and
+//! so are the counts of rays, dead shifts and dropped samples. All scenes have the bits that they had.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -34,13 +34,13 @@ fn sums(scene: &Scene, render: &Render) -> (String, Counts) {
 
 fn compare(mut scene: Scene, render: &Render) -> Counts {
     assert!(scene.is_diffuse());
-    let (lanes, counts) = sums(&scene, render);
-    scene.leave_lanes();
-    assert!(!scene.is_diffuse() && !scene.in_lanes());
+    let (diffuse, counts) = sums(&scene, render);
+    scene.forget_diffuse();
+    assert!(!scene.is_diffuse());
     let (general, general_counts) = sums(&scene, render);
     assert_eq!(counts, general_counts);
-    if lanes != general {
-        let at = std::iter::zip(lanes.bytes(), general.bytes())
+    if diffuse != general {
+        let at = std::iter::zip(diffuse.bytes(), general.bytes())
             .position(|(a, b)| a != b)
             .unwrap_or(0);
         let part = |text: &str| {
@@ -50,8 +50,8 @@ fn compare(mut scene: Scene, render: &Render) -> Counts {
                 .collect::<String>()
         };
         panic!(
-            "the sums differ: lanes {}\n\ngeneral {}",
-            part(&lanes),
+            "the sums differ: diffuse {}\n\ngeneral {}",
+            part(&diffuse),
             part(&general)
         );
     }
@@ -68,7 +68,7 @@ fn by(method: Method) -> Render {
 }
 
 #[test]
-fn shipped_scenes_have_the_bits_of_the_general_loop() {
+fn shipped_scenes_have_the_bits_of_the_general_code() {
     for name in ["cornell", "ajar", "corner"] {
         for method in [Method::Pt, Method::Gpt] {
             compare(shipped(name, 67, 45), &by(method));
@@ -79,9 +79,9 @@ fn shipped_scenes_have_the_bits_of_the_general_loop() {
     }
 }
 
-/// A lens has camera rays of its own: only what follows offset paths is in lanes.
+/// With a lens, offset paths have camera rays of their own.
 #[test]
-fn a_lens_has_the_bits_of_the_general_loop() {
+fn a_lens_has_the_bits_of_the_general_code() {
     let mut scene = shipped("cornell", 40, 40);
     let table = CameraTable {
         aperture: Some(0.1),
@@ -101,7 +101,7 @@ fn camera_of(name: &str) -> CameraTable {
 
 /// Textured surfaces go one by one, with the lanes around them; holes are the backend's.
 #[test]
-fn textures_have_the_bits_of_the_general_loop() {
+fn textures_have_the_bits_of_the_general_code() {
     let folder = tempfile::TempDir::new().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write(
@@ -216,7 +216,7 @@ fn scene(mixture: &Mixture, size: (u32, u32)) -> Scene {
 }
 
 #[test]
-fn any_diffuse_scene_has_the_bits_of_the_general_loop() {
+fn any_diffuse_scene_has_the_bits_of_the_general_code() {
     let mut runner = TestRunner::new(cases(300));
     let mixtures = (
         any::<u64>(),
@@ -281,7 +281,7 @@ fn lamps(count: usize, lamp: MtlMaterial, settings: &SceneSettings) -> Scene {
 }
 
 #[test]
-fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
+fn what_is_not_diffuse_is_left_to_the_general_code() {
     let size = SceneSettings {
         size: (8, 8),
         environment: Vec3::ONE.into(),
@@ -306,7 +306,6 @@ fn what_the_lanes_cannot_do_is_left_to_the_general_loop() {
         ..size.clone()
     };
     let nothing = polygons(&[], vec![lambert(0.5)], &settings);
-    assert!(!nothing.is_diffuse());
     sums(&nothing, &by(Method::Gpt));
     // A map of the environment.
     let bitmap = Bitmap {

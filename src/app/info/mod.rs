@@ -271,7 +271,7 @@ fn kernels(scene: &Scene) -> Vec<String> {
         need("lens".to_owned());
     }
     if scene.is_diffuse() {
-        need("eight paths at once".to_owned());
+        need("diffuse throughout".to_owned());
     }
     kernels
 }

@@ -3,21 +3,21 @@
 //! that end on a light leave gaps until the next time.
 
 use super::arrival::{Arrival, Left};
+use super::light::{ConnectedX8, shadow_rays};
 use super::order::Order;
-use super::vertices::{VerticesX8, draw_bsdf, draw_light};
+use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
-use crate::path::{Context, Counts, trace_any, trace_closest};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
-use crate::vertex::Vertex;
+use crate::vertex::VerticesX8;
 use glam::Vec3;
 use wide::f32x8;
 
 /// Plain paths at one vertex, with the buffers for their next steps.
 #[derive(Default)]
-pub(in crate::path) struct PlainPaths {
+pub(super) struct PlainPaths {
     blocks: Vec<PlainBlock>,
     /// Lanes of `blocks` in use.
     len: usize,
@@ -31,8 +31,8 @@ pub(in crate::path) struct PlainPaths {
     shadow: AnyBatch,
     order: Order,
     /// The light of each path, in the order in which they were pushed.
-    pub(in crate::path) gathered: Vec<Vec3>,
-    pub(in crate::path) counts: Counts,
+    pub(super) gathered: Vec<Vec3>,
+    pub(super) counts: Counts,
 }
 
 /// Eight paths at their current vertices x_k.
@@ -110,27 +110,32 @@ impl PlainFlight {
 }
 
 impl PlainPaths {
-    pub(in crate::path) fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
+    /// The block with the first path that goes on, where it is in the first lane, and its f/p.
+    pub(super) fn first(&self) -> Option<(&VerticesX8, Vec3x8)> {
+        let block = self.blocks.first().filter(|_| !self.is_empty())?;
+        Some((&block.vertices, block.throughput))
+    }
+
     /// Forgets the paths and what they gathered.
-    pub(in crate::path) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.blocks.clear();
         self.len = 0;
         self.gathered.clear();
     }
 
-    /// Adds a path that starts at `vertex` with throughput 1.
-    pub(in crate::path) fn push(&mut self, scene: &Scene, vertex: &Vertex, sampler: Sampler) {
+    /// Adds a path that starts with throughput 1 at the vertex in a lane of `vertices`.
+    pub(super) fn push<const DIFFUSE: bool>(
+        &mut self,
+        vertices: &VerticesX8,
+        from: usize,
+        sampler: Sampler,
+    ) {
         let (block, lane) = self.start(sampler);
-        block.vertices.set(lane, scene, vertex);
-    }
-
-    /// [`PlainPaths::push`] for the vertex in a lane of `vertices`.
-    pub(super) fn push_lane(&mut self, vertices: &VerticesX8, from: usize, sampler: Sampler) {
-        let (block, lane) = self.start(sampler);
-        block.vertices.copy(lane, vertices, from);
+        block.vertices.copy::<DIFFUSE>(lane, vertices, from);
     }
 
     #[inline(always)]
@@ -149,19 +154,8 @@ impl PlainPaths {
         (block, lane)
     }
 
-    /// Light and bounce at x_k.
-    pub(in crate::path) fn step(&mut self, context: Context, k: u32) {
-        if !self.is_empty() {
-            if context.scene.is_diffuse() {
-                self.step_in::<true>(context, k);
-            } else {
-                self.step_in::<false>(context, k);
-            }
-        }
-    }
-
-    /// `DIFFUSE`: in a scene that is diffuse.
-    fn step_in<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
+    /// Light and bounce at x_k. `DIFFUSE`: in a scene that is diffuse.
+    pub(super) fn step<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
         self.light_step::<DIFFUSE>(context, k);
         self.scatter::<DIFFUSE>(context.scene, k);
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
@@ -181,7 +175,7 @@ impl PlainPaths {
         self.lit.clear();
         self.shadow.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_light(samplers, k, &mut self.numbers);
+        light::draw(samplers, k, &mut self.numbers);
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
@@ -194,9 +188,9 @@ impl PlainPaths {
                 continue;
             }
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
-            let to_light = x.connect::<DIFFUSE>(k, block.throughput, &light, scene);
-            let value = to_light.value / (f32x8::ONE + to_light.by_bsdf);
-            let rays = x.shadow_rays::<DIFFUSE>(&light);
+            let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
+            let value = to_light.value(block.throughput) / (f32x8::ONE + to_light.by_bsdf());
+            let rays = shadow_rays::<DIFFUSE>(x, &light);
             for lane in lanes_of(to_light.holds & rough) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
@@ -217,10 +211,11 @@ impl PlainPaths {
     fn scatter<const DIFFUSE: bool>(&mut self, scene: &Scene, k: u32) {
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
-        draw_bsdf::<DIFFUSE>(samplers, k, &mut self.numbers);
+        bounce::draw::<DIFFUSE>(samplers, k, &mut self.numbers);
         for (block, numbers) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
-            let scattering = x.scatter::<DIFFUSE>(scene, k, block.throughput, numbers);
+            let scattering = x.scatter::<DIFFUSE>(scene, k, numbers);
+            let throughput = block.throughput * scattering.value * (f32x8::ONE / scattering.pdf);
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;
@@ -232,7 +227,7 @@ impl PlainPaths {
                 }
                 let flight = &mut self.flights[at];
                 flight.from.set(to, x.position.lane(lane));
-                flight.throughput.set(to, scattering.throughput.lane(lane));
+                flight.throughput.set(to, throughput.lane(lane));
                 flight.pdf.set_lane(to, scattering.pdf.as_array()[lane]);
                 flight.rough = flight.rough & !(1 << to) | (rough >> lane & 1) << to;
                 flight.samplers[to] = block.samplers[lane];

@@ -1,8 +1,8 @@
 //! Primary hits of a tile and its border, so stored that eight neighbours in a row can be loaded from any
 //! place: the offset paths of eight pixels start one place further.
 
-use super::vertices::VerticesX8;
 use crate::lanes::{LANES, mask_of};
+use crate::vertex::VerticesX8;
 use wide::f32x8;
 
 /// Primary vertices row by row, each number of theirs in an array of its own.

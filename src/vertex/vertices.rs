@@ -1,58 +1,59 @@
-//! Vertices, and the lights they see, in lanes.
+//! Eight vertices at once: how they scatter, and the rays that leave them.
 //!
 //! `DIFFUSE` says that the scene is diffuse: then all are Lambert's, and there is no code for anything else.
 
-use super::arrival::end;
+use super::{End, Vertex};
 use crate::bsdf::packed::{Kind, Kinds, Packed, Texels};
 use crate::bsdf::{Bsdf, Evals, Samples, Texel, lambert};
 use crate::frame::Frame;
-use crate::geometry::{Seen, offset_origin};
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, negative, positive};
-use crate::path::ROULETTE_FROM;
-use crate::sampler::{self, Dimension, Sampler};
+use crate::geometry::offset_origin;
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::scene::Scene;
-use crate::scene::light::LightSamplesX8;
 use crate::scene::material::{Class, Material};
 use crate::trace::rays::{HitsX8, Ray};
-use crate::vertex::{End, Vertex};
 use glam::Vec3;
 use wide::f32x8;
 
+/// Russian roulette starts at this vertex. It depends on the material alone, so its probabilities are
+/// the same for what base and offset path share; where they do not share they are part of p.
+pub const ROULETTE_FROM: u32 = 4;
+
 /// [`Vertex`] in lanes.
-#[derive(Clone)]
-pub(super) struct VerticesX8 {
-    pub(super) position: Vec3x8,
+#[derive(Clone, Debug)]
+pub struct VerticesX8 {
+    /// Where they are.
+    pub position: Vec3x8,
     /// Geometric normals.
-    pub(super) ng: Vec3x8,
+    pub ng: Vec3x8,
     /// Interpolated shading normals.
     ns: Vec3x8,
     /// The normals to shade with, as seen from where the paths came from.
-    pub(super) normal: Vec3x8,
+    pub normal: Vec3x8,
     /// Their cosines to the directions to there.
     cos_o: f32x8,
     /// Whether both normals are on that side.
     agrees: f32x8,
     /// Distances by which rays start off the surfaces.
-    pub(super) offset: f32x8,
+    pub offset: f32x8,
     /// What [`Bsdf::colour`] is: of Lambert surfaces the albedo.
-    pub(super) albedo: Vec3x8,
+    albedo: Vec3x8,
     survival: f32x8,
     /// A bit for each lane whose surface is of class rough.
-    pub(super) rough: u32,
+    pub rough: u32,
     /// The lanes whose surfaces are not Lambert's; in diffuse scenes none.
-    pub(super) others: u32,
-    other: Other,
+    others: u32,
+    more: More,
 }
 
-/// What is known of vertices where not all surfaces are Lambert's; it means nothing where all are.
-#[derive(Clone)]
-struct Other {
+/// What is known of vertices in scenes that are not diffuse; it means nothing in those that are.
+#[derive(Clone, Debug)]
+struct More {
     /// Unit directions to the previous vertices.
     wo: Vec3x8,
-    /// Of the lanes `others`.
-    kinds: Kinds,
     /// Indices into [`Scene::materials`].
     material: [u32; LANES],
+    /// Of the lanes `others`.
+    kinds: Kinds,
     /// GGX roughness where there is one.
     alpha: f32x8,
     /// Factor on the reflectance of plastic's coat.
@@ -61,11 +62,11 @@ struct Other {
     metallic: f32x8,
 }
 
-impl Other {
+impl More {
     const NONE: Self = Self {
         wo: Vec3x8::ZERO,
-        kinds: Kinds::NONE,
         material: [0; LANES],
+        kinds: Kinds::NONE,
         alpha: f32x8::ZERO,
         specular: f32x8::ZERO,
         metallic: f32x8::ZERO,
@@ -73,29 +74,51 @@ impl Other {
 }
 
 /// Paths that have scattered.
-pub(super) struct ScatteringX8 {
+#[derive(Clone, Copy, Debug)]
+pub struct ScatteringX8 {
     /// Unit directions in the world.
-    pub(super) wi: Vec3x8,
-    /// Their densities, roulette included.
-    pub(super) pdf: f32x8,
-    /// f/p up to the next vertices.
-    pub(super) throughput: Vec3x8,
+    pub wi: Vec3x8,
+    /// The same in the vertices' frames.
+    pub local_wi: Vec3x8,
+    /// The BSDFs with the cosines.
+    pub value: Vec3x8,
+    /// Densities of the directions, roulette included.
+    pub pdf: f32x8,
     /// A bit for each lane that goes on.
-    pub(super) holds: u32,
+    pub holds: u32,
     /// The lanes in which they are single directions.
-    pub(super) delta: u32,
+    pub delta: u32,
+    /// The lanes in which they go through the surface.
+    pub transmits: u32,
+}
+
+impl ScatteringX8 {
+    /// In no lane.
+    pub const NONE: Self = Self {
+        wi: Vec3x8::ZERO,
+        local_wi: Vec3x8::ZERO,
+        value: Vec3x8::ZERO,
+        pdf: f32x8::ZERO,
+        holds: 0,
+        delta: 0,
+        transmits: 0,
+    };
 }
 
 /// Rays that leave vertices.
-#[derive(Clone, Copy)]
-pub(super) struct RaysX8 {
-    pub(super) origin: Vec3x8,
-    pub(super) direction: Vec3x8,
-    pub(super) length: f32x8,
+#[derive(Clone, Copy, Debug)]
+pub struct RaysX8 {
+    /// Where they start.
+    pub origin: Vec3x8,
+    /// Where they go.
+    pub direction: Vec3x8,
+    /// How far, in units of the directions' lengths.
+    pub length: f32x8,
 }
 
 impl RaysX8 {
-    pub(super) const NONE: Self = Self {
+    /// None.
+    pub const NONE: Self = Self {
         origin: Vec3x8::ZERO,
         direction: Vec3x8::ZERO,
         length: f32x8::ZERO,
@@ -103,7 +126,7 @@ impl RaysX8 {
 
     /// Lanes of `a` where `mask` is set, of `b` elsewhere.
     #[inline(always)]
-    pub(super) fn select(mask: f32x8, a: Self, b: Self) -> Self {
+    pub fn select(mask: f32x8, a: Self, b: Self) -> Self {
         Self {
             origin: Vec3x8::select(mask, a.origin, b.origin),
             direction: Vec3x8::select(mask, a.direction, b.direction),
@@ -111,19 +134,20 @@ impl RaysX8 {
         }
     }
 
+    /// The ray in a lane.
     #[inline(always)]
-    pub(super) fn lane(&self, lane: usize) -> Ray {
+    pub fn lane(&self, lane: usize) -> Ray {
         Ray {
             origin: self.origin.lane(lane),
             direction: self.direction.lane(lane),
-            length: self.length.as_array()[lane],
+            length: self.length.lane(lane),
         }
     }
 }
 
 impl VerticesX8 {
     /// Nothing in all lanes.
-    pub(super) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         position: Vec3x8::ZERO,
         ng: Vec3x8::ZERO,
         ns: Vec3x8::ZERO,
@@ -135,16 +159,16 @@ impl VerticesX8 {
         survival: f32x8::ZERO,
         rough: 0,
         others: 0,
-        other: Other::NONE,
+        more: More::NONE,
     };
 
     /// How many numbers a vertex of a diffuse scene on a primary hit has, see [`VerticesX8::rows`].
-    pub(super) const ROWS: usize = 16;
+    pub const ROWS: usize = 16;
 
     /// Gives `put` each number of primary hits of a diffuse scene with its row. Interpolated normals are left out:
     /// nobody looks at primary hits but the camera.
     #[inline(always)]
-    pub(super) fn rows(&self, mut put: impl FnMut(usize, f32x8)) {
+    pub fn rows(&self, mut put: impl FnMut(usize, f32x8)) {
         let vectors = [self.position, self.ng, self.normal, self.albedo];
         for (index, v) in vectors.into_iter().enumerate() {
             put(3 * index, v.x);
@@ -159,7 +183,7 @@ impl VerticesX8 {
 
     /// Primary hits whose rows `row` gives.
     #[inline(always)]
-    pub(super) fn from_rows(row: impl Fn(usize) -> f32x8) -> Self {
+    pub fn from_rows(row: impl Fn(usize) -> f32x8) -> Self {
         let vector = |index: usize| Vec3x8 {
             x: row(3 * index),
             y: row(3 * index + 1),
@@ -178,7 +202,7 @@ impl VerticesX8 {
             survival: row(15),
             rough: u32::MAX,
             others: 0,
-            other: Other::NONE,
+            more: More::NONE,
         }
     }
 
@@ -186,7 +210,7 @@ impl VerticesX8 {
     /// `surfaces`. Points on lights have position, normal and offset; where there is no hit it means
     /// nothing.
     #[inline(always)]
-    pub(super) fn meet<const DIFFUSE: bool>(
+    pub fn meet<const DIFFUSE: bool>(
         &mut self,
         scene: &Scene,
         hits: &HitsX8,
@@ -202,7 +226,7 @@ impl VerticesX8 {
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
         for lane in lanes_of(surfaces) {
             if materials[lane].textures.is_some()
-                && let End::Surface(vertex) = end(scene, hits, lane)
+                && let End::Surface(vertex) = End::in_lane(scene, hits, lane)
             {
                 points.ns.set(lane, vertex.ns);
                 self.albedo.set(lane, vertex.texel.colour);
@@ -228,23 +252,23 @@ impl VerticesX8 {
         materials: &[&Material; LANES],
         surfaces: u32,
     ) {
-        let other = &mut self.other;
-        other.kinds = Kinds::NONE;
+        let more = &mut self.more;
+        more.wo = -hits.direction;
+        more.material = hits.triangle.map(|t| scene.mesh.material_of[t as usize]);
+        more.kinds = Kinds::NONE;
         for lane in lanes_of(surfaces) {
             let material = materials[lane];
             set_bit(&mut self.rough, lane, material.class == Class::Rough);
             let kind = material.bsdf.kind();
             if kind != Kind::Lambert {
                 self.others |= 1 << lane;
-                other.kinds.set(lane, kind);
-                other.material[lane] = scene.mesh.material_of[hits.triangle[lane] as usize];
+                more.kinds.set(lane, kind);
             }
         }
         if self.others != 0 {
-            other.wo = -hits.direction;
-            other.alpha = f32x8::from_lanes(|lane| materials[lane].texel.alpha);
-            other.specular = f32x8::from_lanes(|lane| materials[lane].texel.specular);
-            other.metallic = f32x8::from_lanes(|lane| materials[lane].texel.metallic);
+            more.alpha = f32x8::from_lanes(|lane| materials[lane].texel.alpha);
+            more.specular = f32x8::from_lanes(|lane| materials[lane].texel.specular);
+            more.metallic = f32x8::from_lanes(|lane| materials[lane].texel.metallic);
         }
     }
 
@@ -253,42 +277,51 @@ impl VerticesX8 {
     fn meet_textured(&mut self, scene: &Scene, lane: usize, vertex: &Vertex) {
         let is_rough = vertex.class(scene) == Class::Rough;
         set_bit(&mut self.rough, lane, is_rough);
-        self.other.alpha.set_lane(lane, vertex.texel.alpha);
-        self.other.specular.set_lane(lane, vertex.texel.specular);
-        self.other.metallic.set_lane(lane, vertex.texel.metallic);
+        self.set_texel(lane, vertex);
     }
 
-    /// Puts a vertex into a lane.
-    pub(super) fn set(&mut self, lane: usize, scene: &Scene, vertex: &Vertex) {
-        let normal = vertex.normal();
-        let cos_o = normal.dot(vertex.wo);
-        let agrees = mask_of(u32::from(vertex.agrees(vertex.wo, cos_o)));
-        self.position.set(lane, vertex.position);
-        self.ng.set(lane, vertex.ng);
-        self.ns.set(lane, vertex.ns);
-        self.normal.set(lane, normal);
-        self.albedo.set(lane, vertex.texel.colour);
-        self.cos_o.set_lane(lane, cos_o);
-        self.agrees.set_lane(lane, agrees.lane(0));
-        self.offset.set_lane(lane, vertex.offset);
-        self.survival.set_lane(lane, vertex.survival(scene));
-        let is_rough = vertex.class(scene) == Class::Rough;
-        set_bit(&mut self.rough, lane, is_rough);
+    #[inline(always)]
+    fn set_texel(&mut self, lane: usize, vertex: &Vertex) {
+        self.more.alpha.set_lane(lane, vertex.texel.alpha);
+        self.more.specular.set_lane(lane, vertex.texel.specular);
+        self.more.metallic.set_lane(lane, vertex.texel.metallic);
+    }
+
+    /// This vertex in all lanes.
+    pub fn splat(scene: &Scene, vertex: &Vertex) -> Self {
         let kind = scene.materials[vertex.material as usize].bsdf.kind();
-        set_bit(&mut self.others, lane, kind != Kind::Lambert);
-        if kind != Kind::Lambert {
-            let other = &mut self.other;
-            other.wo.set(lane, vertex.wo);
-            other.kinds.set(lane, kind);
-            other.material[lane] = vertex.material;
-            other.alpha.set_lane(lane, vertex.texel.alpha);
-            other.specular.set_lane(lane, vertex.texel.specular);
-            other.metallic.set_lane(lane, vertex.texel.metallic);
+        let all = |yes: bool| if yes { 255 } else { 0 };
+        let (ng, ns, wo) = (vertex.ng, vertex.ns, vertex.wo);
+        let [ng, ns, wo] = [ng, ns, wo].map(Vec3x8::splat);
+        let (normal, cos_o, agrees) = seen_from(ng, ns, wo);
+        let mut kinds = Kinds::NONE;
+        (0..LANES).for_each(|lane| kinds.set(lane, kind));
+        Self {
+            position: Vec3x8::splat(vertex.position),
+            ng,
+            ns,
+            normal,
+            cos_o,
+            agrees,
+            offset: f32x8::splat(vertex.offset),
+            albedo: Vec3x8::splat(vertex.texel.colour),
+            survival: f32x8::splat(vertex.survival(scene)),
+            rough: all(vertex.class(scene) == Class::Rough),
+            others: all(kind != Kind::Lambert),
+            more: More {
+                wo,
+                material: [vertex.material; LANES],
+                kinds,
+                alpha: f32x8::splat(vertex.texel.alpha),
+                specular: f32x8::splat(vertex.texel.specular),
+                metallic: f32x8::splat(vertex.texel.metallic),
+            },
         }
     }
 
     /// Puts the vertex in lane `from` of `others` into a lane.
-    pub(super) fn copy(&mut self, lane: usize, others: &Self, from: usize) {
+    #[inline(always)]
+    pub fn copy<const DIFFUSE: bool>(&mut self, lane: usize, others: &Self, from: usize) {
         self.position.set(lane, others.position.lane(from));
         self.ng.set(lane, others.ng.lane(from));
         self.ns.set(lane, others.ns.lane(from));
@@ -299,55 +332,70 @@ impl VerticesX8 {
         self.offset.set_lane(lane, others.offset.lane(from));
         self.survival.set_lane(lane, others.survival.lane(from));
         set_bit(&mut self.rough, lane, others.rough >> from & 1 == 1);
+        if !DIFFUSE {
+            self.copy_more(lane, others, from);
+        }
+    }
+
+    #[inline(always)]
+    fn copy_more(&mut self, lane: usize, others: &Self, from: usize) {
         let is_other = others.others >> from & 1 == 1;
         set_bit(&mut self.others, lane, is_other);
+        let (to, from_more) = (&mut self.more, &others.more);
+        to.wo.set(lane, from_more.wo.lane(from));
+        to.material[lane] = from_more.material[from];
         if is_other {
-            let (other, from_other) = (&mut self.other, &others.other);
-            other.wo.set(lane, from_other.wo.lane(from));
-            other.kinds.copy(lane, &from_other.kinds, from);
-            other.material[lane] = from_other.material[from];
-            other.alpha.set_lane(lane, from_other.alpha.lane(from));
-            other
-                .specular
-                .set_lane(lane, from_other.specular.lane(from));
-            other
-                .metallic
-                .set_lane(lane, from_other.metallic.lane(from));
+            to.kinds.copy(lane, &from_more.kinds, from);
+            to.alpha.set_lane(lane, from_more.alpha.lane(from));
+            to.specular.set_lane(lane, from_more.specular.lane(from));
+            to.metallic.set_lane(lane, from_more.metallic.lane(from));
+        }
+    }
+
+    fn texel(&self, lane: usize) -> Texel {
+        Texel {
+            colour: self.albedo.lane(lane),
+            alpha: self.more.alpha.lane(lane),
+            specular: self.more.specular.lane(lane),
+            metallic: self.more.metallic.lane(lane),
         }
     }
 
     /// What the albedo buffer gets of the surface in a lane.
-    pub(super) fn reflectance(&self, scene: &Scene, lane: usize) -> Vec3 {
-        let colour = self.albedo.lane(lane);
+    pub fn reflectance(&self, scene: &Scene, lane: usize) -> Vec3 {
         if self.others >> lane & 1 == 0 {
-            return colour;
+            return self.albedo.lane(lane);
         }
-        let other = &self.other;
-        let material = &scene.materials[other.material[lane] as usize];
-        let texel = Texel {
-            colour,
-            alpha: other.alpha.lane(lane),
-            specular: other.specular.lane(lane),
-            metallic: other.metallic.lane(lane),
-        };
-        material.bsdf.with(&texel).albedo()
+        let material = &scene.materials[self.more.material[lane] as usize];
+        material.bsdf.with(&self.texel(lane)).albedo()
     }
 
-    /// The BSDF (with the cosine at `wi`) and its density for unit directions in the world, as by
-    /// [`Vertex::eval`].
+    /// The BSDF (with the cosine at `wi`) and its density for unit directions `wi` in the world. It does not hold
+    /// where sampling cannot produce `wi`, also because shading and geometric normal disagree about its side.
     #[inline(always)]
-    pub(super) fn eval<const DIFFUSE: bool>(&self, scene: &Scene, wi: Vec3x8) -> Evals<f32x8> {
+    pub fn eval<const DIFFUSE: bool>(&self, scene: &Scene, wi: Vec3x8) -> Evals<f32x8> {
         let mut eval = self.eval_lambert((self.normal, self.cos_o, self.agrees), wi);
         if !DIFFUSE && self.others != 0 {
-            self.eval_others(scene, self.normal, self.other.wo, wi, &mut eval);
+            self.eval_others(scene, self.normal, self.more.wo, wi, &mut eval);
         }
         eval
     }
 
-    /// As by [`Vertex::eval_seen_from`], in diffuse scenes; not for primary hits, see [`VerticesX8::rows`].
+    /// As [`VerticesX8::eval`], seen from other vertices in the unit directions `wo`; in diffuse scenes not for
+    /// primary hits, see [`VerticesX8::rows`].
     #[inline(always)]
-    pub(super) fn eval_seen_from(&self, wo: Vec3x8, wi: Vec3x8) -> Evals<f32x8> {
-        self.eval_lambert(seen_from(self.ng, self.ns, wo), wi)
+    pub fn eval_seen_from<const DIFFUSE: bool>(
+        &self,
+        scene: &Scene,
+        wo: Vec3x8,
+        wi: Vec3x8,
+    ) -> Evals<f32x8> {
+        let seen = seen_from(self.ng, self.ns, wo);
+        let mut eval = self.eval_lambert(seen, wi);
+        if !DIFFUSE && self.others != 0 {
+            self.eval_others(scene, seen.0, wo, wi, &mut eval);
+        }
+        eval
     }
 
     /// With what [`seen_from`] says.
@@ -359,7 +407,7 @@ impl VerticesX8 {
     ) -> Evals<f32x8> {
         let cos_i = normal.dot(wi);
         let mut eval = lambert::eval(self.albedo, cos_o, cos_i);
-        eval.holds &= agrees & positive(self.ng.dot(wi) * cos_i);
+        eval.holds &= agrees & self.agree(wi, cos_i);
         eval
     }
 
@@ -380,36 +428,71 @@ impl VerticesX8 {
         *eval = Evals::select(mask_of(self.others), others, *eval);
     }
 
-    /// As by [`Vertex::agrees`].
+    /// [`Bsdf::eval`] for local directions.
     #[inline(always)]
-    fn agree(&self, direction: Vec3x8, cos: f32x8) -> f32x8 {
+    pub fn eval_local(&self, scene: &Scene, wo: Vec3x8, wi: Vec3x8) -> Evals<f32x8> {
+        let mut eval = lambert::eval(self.albedo, wo.z, wi.z);
+        if self.others != 0 {
+            let others = self.packed(scene).eval(wo, wi);
+            eval = Evals::select(mask_of(self.others), others, eval);
+        }
+        eval
+    }
+
+    /// [`Bsdf::eval_delta`] for local directions.
+    #[inline(always)]
+    pub fn eval_delta(&self, scene: &Scene, wo: Vec3x8, transmits: f32x8) -> Evals<f32x8> {
+        let mut eval = self.packed(scene).eval_delta(wo, transmits);
+        eval.holds &= mask_of(self.others);
+        eval
+    }
+
+    /// Where a direction, whose cosine to the shading normal is `cos`, is on the same side of the triangle.
+    #[inline(always)]
+    pub fn agree(&self, direction: Vec3x8, cos: f32x8) -> f32x8 {
         positive(self.ng.dot(direction) * cos)
     }
 
-    /// The BSDFs of the lanes `others`.
+    /// The BSDFs of the lanes that are not Lambert's.
     #[inline(always)]
     fn packed<'a>(&'a self, scene: &'a Scene) -> Packed<f32x8, impl Fn(usize) -> &'a Bsdf> {
-        let other = &self.other;
+        let more = &self.more;
         Packed {
-            kinds: other.kinds,
-            bsdf: move |lane: usize| &scene.materials[other.material[lane] as usize].bsdf,
+            kinds: more.kinds,
+            bsdf: |lane: usize| self.bsdf(scene, lane),
             texels: Texels {
                 colour: self.albedo,
-                alpha: other.alpha,
-                specular: other.specular,
-                metallic: other.metallic,
+                alpha: more.alpha,
+                specular: more.specular,
+                metallic: more.metallic,
             },
         }
     }
 
-    /// Draws directions for paths that arrive at x_k with `throughput`, as by [`Vertex::sample`], with the
-    /// numbers of [`draw_bsdf`].
+    /// The BSDF in a lane, textures aside.
     #[inline(always)]
-    pub(super) fn scatter<const DIFFUSE: bool>(
+    pub fn bsdf<'a>(&self, scene: &'a Scene, lane: usize) -> &'a Bsdf {
+        &scene.materials[self.more.material[lane] as usize].bsdf
+    }
+
+    /// The index into [`Scene::materials`] in a lane, in scenes that are not diffuse.
+    pub fn material(&self, lane: usize) -> u32 {
+        self.more.material[lane]
+    }
+
+    /// Unit directions to the previous vertices, in scenes that are not diffuse.
+    #[inline(always)]
+    pub fn wo(&self) -> Vec3x8 {
+        self.more.wo
+    }
+
+    /// Draws directions with the numbers `u` in [0, 1)⁴: direction (0, 1), lobe (2) and Russian roulette at x_k (3).
+    /// It does not hold where the path ends.
+    #[inline(always)]
+    pub fn scatter<const DIFFUSE: bool>(
         &self,
         scene: &Scene,
         k: u32,
-        throughput: Vec3x8,
         u: &[f32x8; 4],
     ) -> ScatteringX8 {
         let &[u0, u1, _, u_roulette] = u;
@@ -420,17 +503,18 @@ impl VerticesX8 {
             self.sample_others(scene, &frame, u, &mut sampled);
         }
         let Samples {
-            wi: local, eval, ..
+            wi: local_wi, eval, ..
         } = sampled;
-        let wi = frame.to_world(local).normalize();
-        let pdf = eval.pdf * survival;
-        let holds = eval.holds & self.agree(wi, local.z) & u_roulette.simd_lt(survival);
+        let wi = frame.to_world(local_wi).normalize();
+        let holds = eval.holds & self.agree(wi, local_wi.z) & u_roulette.simd_lt(survival);
         ScatteringX8 {
             wi,
-            pdf,
-            throughput: throughput * eval.value * (f32x8::ONE / pdf),
+            local_wi,
+            value: eval.value,
+            pdf: eval.pdf * survival,
             holds: holds.to_bitmask(),
             delta: sampled.delta.to_bitmask(),
+            transmits: sampled.transmits.to_bitmask(),
         }
     }
 
@@ -443,14 +527,14 @@ impl VerticesX8 {
         &[u0, u1, u_lobe, _]: &[f32x8; 4],
         sampled: &mut Samples<f32x8>,
     ) {
-        let wo = frame.to_local(self.other.wo);
+        let wo = frame.to_local(self.more.wo);
         let others = self.packed(scene).sample(wo, [u0, u1, u_lobe]);
         *sampled = Samples::select(mask_of(self.others), others, *sampled);
     }
 
     /// Probability that a path goes on from here as its vertex x_k.
     #[inline(always)]
-    pub(super) fn survival(&self, k: u32) -> f32x8 {
+    pub fn survival(&self, k: u32) -> f32x8 {
         if k < ROULETTE_FROM {
             f32x8::ONE
         } else {
@@ -458,9 +542,9 @@ impl VerticesX8 {
         }
     }
 
-    /// Rays in these unit directions, without end, as by [`Vertex::ray`].
+    /// Rays in these unit directions, without end.
     #[inline(always)]
-    pub(super) fn rays(&self, direction: Vec3x8) -> RaysX8 {
+    pub fn rays(&self, direction: Vec3x8) -> RaysX8 {
         RaysX8 {
             origin: offset_origin(self.position, self.ng, self.offset, direction),
             direction,
@@ -468,9 +552,9 @@ impl VerticesX8 {
         }
     }
 
-    /// Rays to just before points on surfaces, as by [`Vertex::ray_to`].
+    /// Rays to just before points on surfaces with normals `ng`.
     #[inline(always)]
-    pub(super) fn rays_to(&self, position: Vec3x8, ng: Vec3x8, offset: f32x8) -> RaysX8 {
+    pub fn rays_to(&self, position: Vec3x8, ng: Vec3x8, offset: f32x8) -> RaysX8 {
         let towards = position - self.position;
         let origin = offset_origin(self.position, self.ng, self.offset, towards);
         let end = offset_origin(position, ng, offset, -towards);
@@ -480,88 +564,12 @@ impl VerticesX8 {
             length: f32x8::ONE,
         }
     }
-
-    /// Connects paths that arrive at x_k with `throughput` to lights.
-    #[inline(always)]
-    pub(super) fn connect<const DIFFUSE: bool>(
-        &self,
-        k: u32,
-        throughput: Vec3x8,
-        light: &LightSamplesX8,
-        scene: &Scene,
-    ) -> ConnectedX8 {
-        let seen = self.see::<DIFFUSE>(light);
-        let eval = self.eval::<DIFFUSE>(scene, seen.wi);
-        let arriving = light.radiance * seen.per_density;
-        ConnectedX8 {
-            wi: seen.wi,
-            arriving,
-            per_density: seen.per_density,
-            value: throughput * eval.value * arriving,
-            by_bsdf: eval.pdf * self.survival(k) * seen.per_density,
-            holds: (seen.holds & eval.holds).to_bitmask(),
-        }
-    }
-
-    /// The lights as they are seen from here.
-    #[inline(always)]
-    pub(super) fn see<const DIFFUSE: bool>(&self, light: &LightSamplesX8) -> SeenX8 {
-        let seen = Seen::new(self.position, light.position, light.ng);
-        let from_front = negative(light.ng.dot(seen.direction));
-        let mut on_surface = SeenX8 {
-            wi: seen.direction,
-            per_density: seen.solid_angle_per_area / light.density,
-            holds: light.holds & seen.holds & from_front,
-        };
-        if !DIFFUSE && light.sky != 0 {
-            let sky = mask_of(light.sky);
-            let (wi, per_density) = (light.position, f32x8::ONE / light.density);
-            on_surface.wi = Vec3x8::select(sky, wi, on_surface.wi);
-            on_surface.per_density = sky.select(per_density, on_surface.per_density);
-            on_surface.holds = sky.select(light.holds, on_surface.holds);
-        }
-        on_surface
-    }
-
-    /// The rays to them.
-    #[inline(always)]
-    pub(super) fn shadow_rays<const DIFFUSE: bool>(&self, light: &LightSamplesX8) -> RaysX8 {
-        let rays = self.rays_to(light.position, light.ng, light.offset);
-        if DIFFUSE || light.sky == 0 {
-            return rays;
-        }
-        RaysX8::select(mask_of(light.sky), self.rays(light.position), rays)
-    }
-}
-
-/// Points on lights as they are seen from vertices.
-pub(super) struct SeenX8 {
-    /// Unit directions to them.
-    pub(super) wi: Vec3x8,
-    /// One over the densities per solid angle.
-    pub(super) per_density: f32x8,
-    /// Where there is a light, and it is seen from its front.
-    pub(super) holds: f32x8,
-}
-
-/// Paths that arrive at vertices, connected to points on lights.
-pub(super) struct ConnectedX8 {
-    /// Unit directions to the lights.
-    pub(super) wi: Vec3x8,
-    /// What arrives from there.
-    pub(super) arriving: Vec3x8,
-    /// One over the densities per solid angle.
-    pub(super) per_density: f32x8,
-    /// The paths' values over the density, if nothing blocks them.
-    pub(super) value: Vec3x8,
-    /// Densities of BSDF sampling, over those of light sampling.
-    pub(super) by_bsdf: f32x8,
-    /// A bit for each lane with a connection.
-    pub(super) holds: u32,
 }
 
 /// The normals to shade with as seen from the directions `wo`, their cosines to it, and whether both
-/// normals are on that side.
+/// normals are on that side. From the front of the triangle but from behind the shading normal (or the other way
+/// round) there is nothing to shade with: then it is the geometric one. It depends on who looks, so base and offset
+/// path must each have their own.
 #[inline(always)]
 fn seen_from(ng: Vec3x8, ns: Vec3x8, wo: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
     let (by_ng, by_ns) = (ng.dot(wo), ns.dot(wo));
@@ -569,31 +577,6 @@ fn seen_from(ng: Vec3x8, ns: Vec3x8, wo: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
     let cos_o = same_side.select(by_ns, by_ng);
     let normal = Vec3x8::select(same_side, ns, ng);
     (normal, cos_o, positive(by_ng * cos_o))
-}
-
-/// The numbers for light sampling at x_k.
-pub(super) fn draw_light<'a>(
-    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
-    k: u32,
-    numbers: &mut Vec<[f32x8; 4]>,
-) {
-    sampler::draw_blocks(samplers, Dimension::Light(k), [0, 1, 2], numbers);
-}
-
-/// The numbers for scattering at x_k: the lobe where it matters, and no roulette at the first vertices.
-pub(super) fn draw_bsdf<'a, const DIFFUSE: bool>(
-    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
-    k: u32,
-    numbers: &mut Vec<[f32x8; 4]>,
-) {
-    let dimension = Dimension::Bsdf(k);
-    if !DIFFUSE {
-        sampler::draw_blocks(samplers, dimension, [0, 1, 2, 3], numbers);
-    } else if k < ROULETTE_FROM {
-        sampler::draw_blocks(samplers, dimension, [0, 1], numbers);
-    } else {
-        sampler::draw_blocks(samplers, dimension, [0, 1, 3], numbers);
-    }
 }
 
 #[inline(always)]

@@ -1,13 +1,12 @@
 //! What eight rays have met.
 
-use super::vertices::VerticesX8;
+use super::Context;
+use super::by_light::{ByLight, radiance};
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
-use crate::path::Context;
-use crate::path::by_light::{ByLight, radiance};
 use crate::scene::Scene;
 use crate::scene::material::Material;
 use crate::trace::rays::HitsX8;
-use crate::vertex::End;
+use crate::vertex::{End, VerticesX8};
 use wide::f32x8;
 
 /// How rays left x_k.
@@ -31,7 +30,9 @@ pub(super) struct Arrival<'a> {
     pub(super) ends: u32,
     /// What they found there.
     pub(super) radiance: Vec3x8,
-    /// Density of light sampling there, over that of BSDF sampling.
+    /// How light sampling would have found it.
+    ways: [ByLight; LANES],
+    /// Its density from x_k, over that of BSDF sampling.
     pub(super) by_light: f32x8,
 }
 
@@ -49,6 +50,7 @@ impl<'a> Arrival<'a> {
             surfaces: if goes_on { hits.found & !lights } else { 0 },
             ends: 0,
             radiance: Vec3x8::ZERO,
+            ways: [ByLight::Never; LANES],
             by_light: f32x8::ZERO,
         };
         let mut ends = lights;
@@ -56,7 +58,7 @@ impl<'a> Arrival<'a> {
             ends |= rays & !hits.found;
         }
         for lane in lanes_of(ends) {
-            let end = end(scene, hits, lane);
+            let end = End::in_lane(scene, hits, lane);
             // Light sampling leaves the backs of lights out, and so does everything else.
             if matches!(&end, End::Light(light) if !light.front) {
                 continue;
@@ -65,12 +67,24 @@ impl<'a> Arrival<'a> {
             arrival.ends |= 1 << lane;
             arrival.radiance.set(lane, radiance(scene, &end, wi));
             if left.rough >> lane & 1 == 1 {
-                let by_light = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
-                let density = by_light.density(scene, from);
-                arrival.by_light.set_lane(lane, density);
+                let way = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
+                arrival.by_light.set_lane(lane, way.density(scene, from));
+                arrival.ways[lane] = way;
             }
         }
         arrival
+    }
+
+    /// Density of light sampling from other vertices in the lanes `others`, over that of BSDF sampling at x_k.
+    #[inline(always)]
+    pub(super) fn by_light_from(&self, scene: &Scene, from: Vec3x8, others: u32) -> f32x8 {
+        let mut by_light = self.by_light;
+        if scene.lights.depend_on_place() {
+            for lane in lanes_of(self.ends & others) {
+                by_light.set_lane(lane, self.ways[lane].density(scene, from.lane(lane)));
+            }
+        }
+        by_light
     }
 
     /// Moves `vertices` to x_{k+1}, also where it is on a light.
@@ -85,23 +99,21 @@ impl<'a> Arrival<'a> {
     }
 }
 
-/// Moves `vertices` to primary hits; the lanes in which they are surfaces.
+/// Moves `vertices` to where rays have met something; the lanes in which they are surfaces.
 #[inline(always)]
-pub(super) fn primary(scene: &Scene, hits: &HitsX8, vertices: &mut VerticesX8) -> u32 {
+pub(super) fn meet<const DIFFUSE: bool>(
+    scene: &Scene,
+    hits: &HitsX8,
+    vertices: &mut VerticesX8,
+) -> u32 {
+    // There may be no triangle at all.
+    if hits.found == 0 {
+        return 0;
+    }
     let materials = materials(scene, hits);
     let surfaces = hits.found & !lights(&materials, hits);
-    if scene.is_diffuse() {
-        vertices.meet::<true>(scene, hits, &materials, surfaces);
-    } else {
-        vertices.meet::<false>(scene, hits, &materials, surfaces);
-    }
+    vertices.meet::<DIFFUSE>(scene, hits, &materials, surfaces);
     surfaces
-}
-
-/// What the ray in a lane met.
-pub(super) fn end(scene: &Scene, hits: &HitsX8, lane: usize) -> End {
-    let hit = (hits.found >> lane & 1 == 1).then(|| hits.lane(lane));
-    End::new(scene, hit, hits.direction.lane(lane))
 }
 
 /// The triangles' materials.

@@ -1,0 +1,209 @@
+//! Base paths with offset paths that have vertices or directions of their own: from the camera until all offset
+//! paths are connected or dead. What follows then is the same for all of them.
+
+use super::grid::Grid;
+use super::plain::PlainPaths;
+use super::{Counts, Share, Tile};
+use crate::gradient::{Base, Neighbour, Shift, Weights};
+use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
+use crate::path::bounce::Flight;
+use crate::path::light::LightBlock;
+use crate::sampler::Sampler;
+use crate::shift::{CarriedX8, Death, OffsetsX8};
+use crate::sums::PixelSample;
+use crate::trace::rays::{AnyBatch, ClosestBatch};
+use crate::vertex::VerticesX8;
+use wide::f32x8;
+
+/// Base paths at one vertex with their `N` offset paths, with the buffers for their next steps. `N` is 4, one for each
+/// [`Neighbour`], or 0 for plain path tracing, which leaves after the camera rays.
+///
+/// In the steps, `DIFFUSE` says that all surfaces are Lambert's, that lights are plain, and that the camera has no
+/// lens: then offset paths have vertices of their own at the primary hits alone.
+#[derive(Default)]
+pub(super) struct BasePaths<const N: usize> {
+    pub(super) blocks: Vec<Block<N>>,
+    /// The offset paths' own vertices, block by block. Empty if `DIFFUSE`: there they are in the grid.
+    pub(super) own: Vec<[VerticesX8; N]>,
+    pub(super) grid: Grid,
+    /// The blocks with paths that go on. The buffers of a step have an entry for each of them.
+    pub(super) live: Vec<u32>,
+    /// Random numbers for one step of each path.
+    pub(super) numbers: Vec<[f32x8; 4]>,
+    pub(super) lights: Vec<LightBlock<N>>,
+    pub(super) flights: Vec<Flight<N>>,
+    pub(super) primary: super::primary::Buffers,
+    pub(super) bounce: ClosestBatch,
+    pub(super) continuation: ClosestBatch,
+    pub(super) shadow: AnyBatch,
+    pub(super) reconnection: AnyBatch,
+    pub(super) counts: Counts,
+}
+
+/// The base paths of eight pixels in a row, at their current vertices x_k.
+#[derive(Clone)]
+pub(super) struct Block<const N: usize> {
+    /// The first pixel's index in the tile.
+    pub(super) pixel: u32,
+    /// Its place in the grid.
+    pub(super) place: usize,
+    pub(super) vertices: VerticesX8,
+    /// f/p up to x_k, the scattering there excluded.
+    pub(super) throughput: Vec3x8,
+    pub(super) samplers: [Sampler; LANES],
+    /// A bit for each lane that holds a path.
+    pub(super) alive: u32,
+    pub(super) offsets: [OffsetsX8; N],
+    /// What the paths gathered: [`PixelSample`] in lanes.
+    primal: Vec3x8,
+    to: [Vec3x8; N],
+}
+
+impl<const N: usize> Block<N> {
+    /// No paths.
+    pub(super) const NONE: Self = Self {
+        pixel: 0,
+        place: 0,
+        vertices: VerticesX8::NONE,
+        throughput: Vec3x8::ONE,
+        samplers: [Sampler::NONE; LANES],
+        alive: 0,
+        offsets: [OffsetsX8::start(0); N],
+        primal: Vec3x8::ZERO,
+        to: [Vec3x8::ZERO; N],
+    };
+
+    /// Adds complete paths and their shifts, in the lanes `holds`.
+    #[inline(always)]
+    pub(super) fn gather(
+        &mut self,
+        weights: Weights,
+        base: &Base<f32x8>,
+        shifts: &[Shift<f32x8>; N],
+        holds: u32,
+    ) {
+        let holds = mask_of(holds);
+        let zero = Vec3x8::ZERO;
+        self.primal = self.primal + Vec3x8::select(holds, base.primal(), zero);
+        for (to, shift) in self.to.iter_mut().zip(shifts) {
+            *to = *to + Vec3x8::select(holds, base.difference(shift, weights), zero);
+        }
+    }
+
+    /// A bit for each lane in which anything that follows can still count.
+    #[inline(always)]
+    pub(super) fn carries_light(&self) -> u32 {
+        let offsets = self.offsets.iter();
+        offsets.fold(self.throughput.is_not_zero().to_bitmask(), |bits, o| {
+            bits | o.alive() & o.carried.throughput.is_not_zero().to_bitmask()
+        })
+    }
+}
+
+/// Where the offset paths' own vertices are.
+pub(super) struct Own<'a, const N: usize> {
+    pub(super) grid: &'a Grid,
+    pub(super) stored: &'a [[VerticesX8; N]],
+}
+
+impl<const N: usize> Own<'_, N> {
+    /// What `f` says of those of offset path `j` of the block `at`, which begins at `place` of the grid.
+    #[inline(always)]
+    pub(super) fn with<const DIFFUSE: bool, R>(
+        &self,
+        (at, place): (u32, usize),
+        j: usize,
+        f: impl FnOnce(&VerticesX8) -> R,
+    ) -> R {
+        if DIFFUSE {
+            f(&self.grid.load(place, step(j, self.grid.width)))
+        } else {
+            f(&self.stored[at as usize][j])
+        }
+    }
+}
+
+/// Steps in the grid to a [`Neighbour`].
+#[inline(always)]
+pub(super) fn step(neighbour: usize, width: usize) -> isize {
+    let (x, y) = Neighbour::ALL[neighbour].step();
+    x as isize + y as isize * width as isize
+}
+
+/// Counts dead shifts.
+#[inline(always)]
+pub(super) fn count(counts: &mut Counts, death: Death, lanes: u32) {
+    counts.deaths[death as usize] += u64::from(lanes.count_ones());
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Whether no path goes on.
+    pub(super) fn is_empty(&self) -> bool {
+        self.live.is_empty()
+    }
+
+    /// Makes plain paths of those whose offset paths are all connected or dead.
+    pub(super) fn hand_over<const DIFFUSE: bool>(
+        &mut self,
+        weights: Weights,
+        plain: &mut PlainPaths,
+        shares: &mut Vec<Share<N>>,
+    ) {
+        for &at in &self.live {
+            let block = &mut self.blocks[at as usize];
+            let offsets = block.offsets.iter();
+            let on_their_own = offsets.fold(0, |bits, o| bits | o.free() | o.joined());
+            let settled = block.alive & !on_their_own;
+            if settled == 0 {
+                continue;
+            }
+            block.alive &= !settled;
+            // Densities of the base path are inside what follows: here they are 1.
+            let base = Base {
+                value: block.throughput,
+                densities: f32x8::ONE,
+            };
+            let mut to = [Vec3x8::ZERO; N];
+            let mut counts = base.value.is_not_zero();
+            for (to, offset) in to.iter_mut().zip(&block.offsets) {
+                let connected = mask_of(offset.connected());
+                let CarriedX8 { throughput, ratio } = offset.carried;
+                let shift = Shift {
+                    value: Vec3x8::select(connected, throughput, Vec3x8::ZERO),
+                    densities: connected & ratio,
+                };
+                *to = base.difference(&shift, weights);
+                counts |= to.is_not_zero();
+            }
+            let primal = base.primal();
+            for lane in lanes_of(settled & counts.to_bitmask()) {
+                plain.push::<DIFFUSE>(&block.vertices, lane, block.samplers[lane]);
+                shares.push(Share {
+                    pixel: block.pixel + lane as u32,
+                    primal: primal.lane(lane),
+                    to: to.each_ref().map(|to| to.lane(lane)),
+                });
+            }
+        }
+        self.live.retain(|&at| self.blocks[at as usize].alive != 0);
+    }
+
+    /// Puts what the paths gathered into the samples of their pixels, and forgets them.
+    pub(super) fn collect(&mut self, tile: Tile, samples: &mut [PixelSample]) {
+        self.live.clear();
+        if N == 0 {
+            // They have all become plain paths.
+            return;
+        }
+        for block in &self.blocks {
+            let columns = (tile.width - block.pixel % tile.width) as usize;
+            for lane in 0..LANES.min(columns) {
+                let sample = &mut samples[block.pixel as usize + lane];
+                sample.primal = block.primal.lane(lane);
+                for (sum, to) in sample.to.iter_mut().zip(&block.to) {
+                    *sum = to.lane(lane);
+                }
+            }
+        }
+    }
+}
