@@ -1,5 +1,5 @@
 //! What several tests share: scenes, a random number generator, and statistics.
-#![allow(dead_code)] // each test file uses a part
+#![allow(dead_code)] // each test crate uses a part
 
 use gdpt::error::Warnings;
 use gdpt::estimate::Estimate;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders gdpt's scenes with Mitsuba 3: for tests/mitsuba.rs, and, as a module, for benches/peers.
+"""Renders gdpt's scenes with Mitsuba 3: for tests/physics/mitsuba.rs, and, as a module, for benches/peers.
 
     python3 tests/mitsuba/render.py FOLDER
 

@@ -1,0 +1,120 @@
+//! All sums of films and all counts, as they were when this was written, path by path: whoever changes how paths are traced
+//! sees here whether bits have changed.
+//!
+//! The bits depend on the code alone where the BVH traces: Rust neither fuses nor reorders sums of floats.
+//! Only the functions of the system's mathematical library may round otherwise on another system; there these
+//! hashes mean nothing, which [`library`] tells. Embree's kernels differ by processor.
+
+use super::mixed::mixed;
+use crate::common::{Render, SCENES, shipped};
+use gdpt::path::Counts;
+use gdpt::render::Method;
+use gdpt::scene::Scene;
+use gdpt::shift::Death;
+use gdpt::trace::Backend;
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
+
+/// Of the library's functions on the machine on which the others were made.
+const LIBRARY: u64 = 0x3d4a_ce6c_a93f_55d1;
+/// Path tracing and gradients of each of [`SCENES`].
+const SHIPPED: [[u64; 2]; SCENES.len()] = [
+    [0x2197_5b50_f4bc_9cb4, 0x45de_5c54_dedb_b171],
+    [0x72e2_0072_28f3_d494, 0x9b7b_a7b4_a1fe_9dec],
+    [0x80bb_f20a_4129_3887, 0x8dec_63c4_4ab9_f747],
+    [0x7d14_6174_5429_51c2, 0xcf6b_240f_5f79_27a7],
+    [0x7123_6f0c_7ada_48fa, 0xe650_a27d_af7f_85a1],
+    [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
+    [0x8941_a6fc_fb2d_b299, 0x5333_d505_64c2_f785],
+    [0xe288_73d6_789a_2898, 0x6f83_46d0_bca6_c58c],
+];
+/// Each of as many random scenes as [`GROUP`].
+const MIXED: [u64; 10] = [
+    0x7763_526e_6085_b097,
+    0x5d0f_4698_1570_6ed6,
+    0x00d1_e8a9_2ea5_d8f3,
+    0x7bbc_1801_8c71_9aa8,
+    0x019c_42a6_f838_8ba2,
+    0x30d3_c273_8967_3dad,
+    0xd61f_3219_3cd0_7774,
+    0xcdd6_c479_807d_5171,
+    0xd597_580d_8615_ee4f,
+    0x50c4_38bb_5956_1d44,
+];
+const GROUP: u64 = 30;
+
+/// The functions that scenes and films are made with, at many places.
+fn library() -> u64 {
+    let mut hash = Xxh3::new();
+    for n in 1..4000 {
+        let x = n as f32 / 1000.0;
+        for y in [
+            x.sin(),
+            x.cos(),
+            x.tan(),
+            x.powf(2.4),
+            x.atan2(1.5),
+            x.hypot(0.7),
+        ] {
+            hash.update(&y.to_bits().to_le_bytes());
+        }
+        let x = f64::from(x);
+        for y in [(0.25 * x).acos(), x.cos(), x.ln(), x.exp()] {
+            hash.update(&y.to_bits().to_le_bytes());
+        }
+    }
+    hash.digest()
+}
+
+fn hash_into(hash: &mut Xxh3, scene: &Scene, render: &Render) -> Counts {
+    let tracer = Backend::Bvh.build(&scene.mesh, 1).unwrap();
+    let (film, counts) = render.film_and_counts(scene, &*tracer);
+    let mut bytes = Vec::new();
+    film.write_to(&mut bytes).unwrap();
+    hash.update(&bytes);
+    hash.update(&serde_json::to_vec(&counts).unwrap());
+    counts
+}
+
+#[test]
+fn sums_and_counts_are_what_they_were() {
+    if library() != LIBRARY {
+        eprintln!(
+            "the library here has the hash {:#x}: nothing to compare with",
+            library()
+        );
+        return;
+    }
+    let shipped = SCENES.map(|name| {
+        [Method::Pt, Method::Gpt].map(|method| {
+            let mut hash = Xxh3::new();
+            let render = Render {
+                method,
+                spp: 3,
+                seed: 5,
+                ..Render::default()
+            };
+            hash_into(&mut hash, &shipped(name, 36, 24), &render);
+            hash.digest()
+        })
+    });
+    let mut total = Counts::default();
+    let mut groups = [0; MIXED.len()];
+    for (group, digest) in groups.iter_mut().enumerate() {
+        let mut hash = Xxh3::new();
+        for n in 0..GROUP {
+            let (scene, render) = mixed(xxh3_64(&(group as u64 * GROUP + n).to_le_bytes()));
+            total.add(&hash_into(&mut hash, &scene, &render));
+        }
+        *digest = hash.digest();
+    }
+    assert!(
+        (shipped, groups) == (SHIPPED, MIXED),
+        "bits have changed: shipped scenes {shipped:#x?}, random scenes {groups:#x?}"
+    );
+    // All that may happen to a path has happened; shifts that are not finite would be too rare.
+    assert!(total.rays.iter().all(|&n| n > 0), "{:?}", total.rays);
+    let others = Death::ALL.into_iter().filter(|&d| d != Death::NotFinite);
+    for death in others {
+        assert!(total.deaths[death as usize] > 0, "none died of {death:?}");
+    }
+}

@@ -1,0 +1,14 @@
+//! What is estimated is right: scattering, shifts and light agree with closed forms, with theory, with path tracing and
+//! with another renderer, also where scenes are hard. Films have the bits that they had.
+
+mod bsdf;
+mod closed_form;
+#[path = "../common/mod.rs"]
+mod common;
+mod gradients;
+mod lanes;
+mod materials;
+mod mitsuba;
+mod shift;
+mod stability;
+mod theory;
