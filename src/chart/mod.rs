@@ -1,6 +1,6 @@
 //! Error against time: every method on a scene over a range of times and seeds, against two references.
 //!
-//! A [`Run`] is one progressive render: it is stopped at 4, 8, 16… samples to measure the error of every
+//! A `Run` is one progressive render: it is stopped at 4, 8, 16… samples to measure the error of every
 //! picture that can be made of its film, and for the last time when its seconds are over. Rows at the
 //! same number of samples are means over the seeds.
 

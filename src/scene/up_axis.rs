@@ -3,7 +3,7 @@
 //!
 //! The geometry decides between the two where it is plain: by what the scene would stand on, where its level
 //! faces lie, where it is open, where its floors and ceilings are by name, and whereto its lamps shine. Each
-//! is a number from 0 to 1 for an axis; z is taken if their weighted sum is larger for z by [`PLAIN`]. The
+//! is a number from 0 to 1 for an axis; z is taken if their weighted sum is larger for z by `PLAIN`. The
 //! weights were chosen on 65 scenes, each with y and with z upwards.
 
 use super::material::Material;
