@@ -1,15 +1,15 @@
 //! Base paths with offset paths that have vertices or directions of their own: from the camera until all offset
 //! paths are connected or dead. What follows then is the same for all of them.
 
+use super::bounce::Flight;
 use super::grid::Grid;
+use super::light::LightBlock;
 use super::plain::PlainPaths;
-use super::{Counts, Share, Tile};
+use super::{Counts, Share, Tile, primary};
 use crate::gradient::{Base, Neighbour, Shift, Weights};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
-use crate::path::bounce::Flight;
-use crate::path::light::LightBlock;
 use crate::sampler::Sampler;
-use crate::shift::{CarriedX8, Death, OffsetsX8};
+use crate::shift::{CarriedX8, OffsetsX8};
 use crate::sums::PixelSample;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::vertex::VerticesX8;
@@ -32,7 +32,7 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) numbers: Vec<[f32x8; 4]>,
     pub(super) lights: Vec<LightBlock<N>>,
     pub(super) flights: Vec<Flight<N>>,
-    pub(super) primary: super::primary::Buffers,
+    pub(super) primary: primary::Buffers,
     pub(super) bounce: ClosestBatch,
     pub(super) continuation: ClosestBatch,
     pub(super) shadow: AnyBatch,
@@ -128,12 +128,6 @@ impl<const N: usize> Own<'_, N> {
 pub(super) fn step(neighbour: usize, width: usize) -> isize {
     let (x, y) = Neighbour::ALL[neighbour].step();
     x as isize + y as isize * width as isize
-}
-
-/// Counts dead shifts.
-#[inline(always)]
-pub(super) fn count(counts: &mut Counts, death: Death, lanes: u32) {
-    counts.deaths[death as usize] += u64::from(lanes.count_ones());
 }
 
 impl<const N: usize> BasePaths<N> {

@@ -1,7 +1,7 @@
 //! The bounce step: the base path scatters at x_k, its offset paths follow.
 
 use super::arrival::{self, Arrival, Left};
-use super::base::{BasePaths, Block, Own, count};
+use super::base::{BasePaths, Block, Own};
 use super::{Context, Counts, trace_any, trace_closest};
 use crate::gradient::{Base, Shift};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
@@ -138,11 +138,7 @@ impl<const N: usize> BasePaths<N> {
             let block = &mut self.blocks[at as usize];
             let ScatteringX8 { wi, pdf, .. } = flight.scattering;
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
-            let rough = if DIFFUSE {
-                flight.alive
-            } else {
-                flight.alive & block.vertices.rough & !flight.scattering.delta
-            };
+            let rough = flight.alive & block.vertices.rough & !flight.scattering.delta;
             let left = Left {
                 from: block.vertices.position,
                 pdf,
@@ -173,8 +169,7 @@ impl<const N: usize> BasePaths<N> {
             };
             let batches = (&mut self.reconnection, &mut self.continuation);
             flight.shift::<DIFFUSE>(block, &following, batches, &mut self.counts);
-            let scattered = block.throughput * flight.scattering.value;
-            block.throughput = scattered * (f32x8::ONE / pdf);
+            block.throughput = flight.scattering.carry(block.throughput);
             block.vertices = next;
             block.alive = flight.surfaces;
         }
@@ -199,7 +194,7 @@ impl<const N: usize> BasePaths<N> {
             for j in 0..N {
                 let follower = &mut flight.followers[j];
                 follower.blocked = self.reconnection.blocked(&follower.ray, follower.joins);
-                count(&mut self.counts, Death::Blocked, follower.blocked);
+                self.counts.die(Death::Blocked, follower.blocked);
                 if !DIFFUSE && follower.copies != 0 {
                     let own = &mut self.own[at as usize][j];
                     let block = &self.blocks[at as usize];
@@ -269,8 +264,7 @@ impl<const N: usize> Flight<N> {
 
             // One direction and one density for both.
             if !DIFFUSE && offset.connected() != 0 {
-                let value = carried.throughput * self.scattering.value;
-                moved.throughput = value * (f32x8::ONE / pdf);
+                moved.throughput = self.scattering.carry(carried.throughput);
                 holds |= offset.connected();
             }
 
@@ -312,9 +306,9 @@ impl<const N: usize> Flight<N> {
 
             let finite = holds & moved.is_finite().to_bitmask();
             let alive = offset.alive();
-            count(counts, Death::Lobe, alive & no_lobe);
-            count(counts, Death::Side, alive & !no_lobe & !holds);
-            count(counts, Death::NotFinite, holds & !finite);
+            counts.die(Death::Lobe, alive & no_lobe);
+            counts.die(Death::Side, alive & !no_lobe & !holds);
+            counts.die(Death::NotFinite, holds & !finite);
             offset.carried = moved;
             offset.keep(finite);
             follower.joins = offset.free() & !following.copies;
@@ -353,8 +347,8 @@ impl<const N: usize> Flight<N> {
         let goes_on = copies & self.surfaces;
         let both = goes_on & surfaces;
         let same = both & !(own.rough ^ block.vertices.rough);
-        count(counts, Death::Missed, goes_on & !surfaces);
-        count(counts, Death::Class, both & !same);
+        counts.die(Death::Missed, goes_on & !surfaces);
+        counts.die(Death::Class, both & !same);
         follower.arrived = same;
 
         // Where it has reached light.
@@ -373,7 +367,7 @@ impl<const N: usize> Flight<N> {
                     follower.radiance.set(lane, radiance);
                     follower.arrived |= 1 << lane;
                 }
-                Err(death) => count(counts, death, 1),
+                Err(death) => counts.die(death, 1),
             }
         }
     }

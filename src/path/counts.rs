@@ -36,6 +36,12 @@ impl Counts {
             .for_each(|&d| self.note_dropped(d));
     }
 
+    /// Counts dead shifts, one for each bit of `lanes`.
+    #[inline(always)]
+    pub(super) fn die(&mut self, death: Death, lanes: u32) {
+        self.deaths[death as usize] += u64::from(lanes.count_ones());
+    }
+
     /// Keeps a dropped sample if it is among the first: the least, so that it does not matter which thread
     /// came first.
     pub(super) fn note_dropped(&mut self, dropped: (u32, u32, u64)) {

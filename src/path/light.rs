@@ -25,7 +25,7 @@ pub(super) fn draw<'a>(
 }
 
 /// Points on lights as they are seen from vertices.
-pub(super) struct SeenX8 {
+struct SeenX8 {
     /// Unit directions to them.
     wi: Vec3x8,
     /// One over the densities per solid angle.
@@ -206,13 +206,9 @@ impl<const N: usize> BasePaths<N> {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
-            let rough = if DIFFUSE {
-                block.alive
-            } else {
-                block.alive & x.rough
-            };
+            let rough = x.rough & block.alive;
             to.base.holds = 0;
-            if !DIFFUSE && rough == 0 {
+            if rough == 0 {
                 continue;
             }
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);

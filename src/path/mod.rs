@@ -132,7 +132,7 @@ impl<const N: usize> PathTracer<N> {
             settings,
         };
         for sample in range {
-            self.trace(context, tile, sample, sums, &mut |_, _| ());
+            self.trace(context, tile, sample, sums);
             let weight = settings.position(sample).weight;
             self.finish_sample(tile, sample, weight, sums);
         }
@@ -142,15 +142,9 @@ impl<const N: usize> PathTracer<N> {
         counts
     }
 
-    /// Traces one sample of every pixel of `tile`. `watch` sees the state after each step.
-    fn trace(
-        &mut self,
-        context: Context,
-        tile: Tile,
-        sample: u64,
-        sums: &mut TileSums,
-        watch: &mut impl FnMut(&Self, Step),
-    ) {
+    /// Traces one sample of every pixel of `tile`, unwatched.
+    fn trace(&mut self, context: Context, tile: Tile, sample: u64, sums: &mut TileSums) {
+        let watch = &mut |_: &Self, _| ();
         // What may happen to a path is decided here, once: with a lens, offset paths have camera rays of their own.
         let scene = context.scene;
         match (scene.is_diffuse(), scene.camera.lens.is_some()) {
@@ -160,7 +154,8 @@ impl<const N: usize> PathTracer<N> {
         }
     }
 
-    /// `BASE`: what `DIFFUSE` is for [`BasePaths`]; `PLAIN`: for [`PlainPaths`].
+    /// Traces one sample of every pixel of `tile`; `watch` sees the state after each step. `BASE`: what `DIFFUSE` is
+    /// for [`BasePaths`]; `PLAIN`: for [`PlainPaths`].
     fn trace_in<const BASE: bool, const PLAIN: bool>(
         &mut self,
         context: Context,

@@ -134,24 +134,18 @@ impl PlainPaths {
         from: usize,
         sampler: Sampler,
     ) {
-        let (block, lane) = self.start(sampler);
-        block.vertices.copy::<DIFFUSE>(lane, vertices, from);
-    }
-
-    #[inline(always)]
-    fn start(&mut self, sampler: Sampler) -> (&mut PlainBlock, usize) {
         let lane = self.len % LANES;
         if self.len / LANES == self.blocks.len() {
             self.blocks.push(PlainBlock::NONE);
         }
         let block = &mut self.blocks[self.len / LANES];
+        block.vertices.copy::<DIFFUSE>(lane, vertices, from);
         block.throughput.set(lane, Vec3::ONE);
         block.samplers[lane] = sampler;
         block.index[lane] = self.gathered.len() as u32;
         block.alive |= 1 << lane;
         self.gathered.push(Vec3::ZERO);
         self.len += 1;
-        (block, lane)
     }
 
     /// Light and bounce at x_k. `DIFFUSE`: in a scene that is diffuse.
@@ -179,12 +173,8 @@ impl PlainPaths {
         for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
-            let rough = if DIFFUSE {
-                block.alive
-            } else {
-                x.rough & block.alive
-            };
-            if !DIFFUSE && rough == 0 {
+            let rough = x.rough & block.alive;
+            if rough == 0 {
                 continue;
             }
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
@@ -215,7 +205,7 @@ impl PlainPaths {
         for (block, numbers) in self.blocks.iter().zip(&self.numbers) {
             let x = &block.vertices;
             let scattering = x.scatter::<DIFFUSE>(scene, k, numbers);
-            let throughput = block.throughput * scattering.value * (f32x8::ONE / scattering.pdf);
+            let throughput = scattering.carry(block.throughput);
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;

@@ -2,7 +2,7 @@
 //! offset paths of its four neighbours.
 
 use super::arrival;
-use super::base::{BasePaths, Block, count, step};
+use super::base::{BasePaths, Block, step};
 use super::{Context, PathSettings, Tile, trace_closest};
 use crate::gradient::Neighbour;
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of, negative};
@@ -219,8 +219,7 @@ impl<const N: usize> BasePaths<N> {
             return;
         }
         let PathSettings { points, seed, .. } = *context.settings;
-        self.blocks.push(Block::NONE);
-        let block = self.blocks.last_mut().expect("it was just pushed");
+        let mut block = Block::NONE;
         block.pixel = place as u32;
         block.vertices = vertices.clone();
         block.alive = alive;
@@ -229,19 +228,7 @@ impl<const N: usize> BasePaths<N> {
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
             block.samplers[lane] = Sampler::for_pixel(points, seed, x, y, sample);
         }
-    }
-
-    /// A block for the eight pixels from (`x`, `y`) in the tile on.
-    #[inline(always)]
-    fn push_block(&mut self, context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) {
-        let PathSettings { points, seed, .. } = *context.settings;
-        self.blocks.push(Block::NONE);
-        let block = self.blocks.last_mut().expect("it was just pushed");
-        block.pixel = y * tile.width + x;
-        for (lane, sampler) in block.samplers.iter_mut().enumerate() {
-            let x = tile.x + x + lane as u32;
-            *sampler = Sampler::for_pixel(points, seed, x, tile.y + y, sample);
-        }
+        self.blocks.push(block);
     }
 
     /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on, which are at `place` in the grid.
@@ -259,8 +246,7 @@ impl<const N: usize> BasePaths<N> {
         if alive == 0 {
             return;
         }
-        self.push_block(context, tile, (x, y), sample);
-        let block = self.blocks.last_mut().expect("it was just pushed");
+        let mut block = Block::at(context, tile, (x, y), sample);
         block.place = place;
         block.vertices = self.grid.load(place, 0);
         block.alive = alive;
@@ -268,9 +254,10 @@ impl<const N: usize> BasePaths<N> {
             // Where the film ends the difference does not exist.
             let wanted = alive & on_film(camera, (tile.x + x, tile.y + y), j);
             let there = self.grid.surfaces(place, step(j, self.grid.width));
-            count(&mut self.counts, Death::Missed, wanted & !there);
+            self.counts.die(Death::Missed, wanted & !there);
             *offsets = OffsetsX8::start(wanted & there);
         }
+        self.blocks.push(block);
     }
 
     /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on.
@@ -283,51 +270,42 @@ impl<const N: usize> BasePaths<N> {
         sample: u64,
     ) {
         let camera = &context.scene.camera;
-        let has_lens = camera.lens.is_some();
-        let width = window.width();
-        // The rays of the pixel in a lane and of its offset paths.
+        let met = &self.primary;
+        // The ray of the pixel in a lane, or of its offset path.
         let place = window.place(tile, (x, y));
         let first = (y * tile.width + x) as usize * (N + 1);
-        let ray = |buffers: &Buffers, lane: usize| match has_lens {
-            true => buffers.through_lens[first + lane * (N + 1)],
-            false => (place + lane) as u32,
-        };
-        let neighbour = |buffers: &Buffers, lane: usize, j: usize| match has_lens {
-            true => buffers.through_lens[first + lane * (N + 1) + 1 + j],
-            false => (place + lane).wrapping_add_signed(step(j, width)) as u32,
+        let ray = |lane: usize, neighbour: Option<usize>| {
+            if camera.lens.is_some() {
+                met.through_lens[first + lane * (N + 1) + neighbour.map_or(0, |j| 1 + j)]
+            } else {
+                let step = neighbour.map_or(0, |j| step(j, window.width()));
+                (place + lane).wrapping_add_signed(step) as u32
+            }
         };
 
-        let lanes = first_lanes((tile.width - x) as usize);
-        let alive = lanes_of(lanes)
-            .filter(|&lane| self.primary.surface(ray(&self.primary, lane)).is_some())
-            .fold(0, |bits, lane| bits | 1 << lane);
-        if alive == 0 {
-            return;
-        }
-        self.push_block(context, tile, (x, y), sample);
-        self.own.push([const { VerticesX8::NONE }; N]);
-        let (Some(block), Some(own)) = (self.blocks.last_mut(), self.own.last_mut()) else {
-            return;
-        };
-        block.alive = alive;
-        for lane in lanes_of(alive) {
-            if let Some((met, from)) = self.primary.surface(ray(&self.primary, lane)) {
+        let mut block = Block::at(context, tile, (x, y), sample);
+        for lane in lanes_of(first_lanes((tile.width - x) as usize)) {
+            if let Some((met, from)) = met.surface(ray(lane, None)) {
                 block.vertices.copy::<false>(lane, met, from);
+                block.alive |= 1 << lane;
             }
         }
+        if block.alive == 0 {
+            return;
+        }
+        let mut own = [const { VerticesX8::NONE }; N];
         for (j, (own, offsets)) in own.iter_mut().zip(&mut block.offsets).enumerate() {
             // Where the film ends the difference does not exist.
-            let wanted = alive & on_film(camera, (tile.x + x, tile.y + y), j);
+            let wanted = block.alive & on_film(camera, (tile.x + x, tile.y + y), j);
             let mut free = 0;
             for lane in lanes_of(wanted) {
-                let met = self.primary.surface(neighbour(&self.primary, lane, j));
                 // It must be of the base vertex's kind.
-                let Some((met, from)) = met else {
-                    count(&mut self.counts, Death::Missed, 1);
+                let Some((met, from)) = met.surface(ray(lane, Some(j))) else {
+                    self.counts.die(Death::Missed, 1);
                     continue;
                 };
                 if met.rough >> from & 1 != block.vertices.rough >> lane & 1 {
-                    count(&mut self.counts, Death::Class, 1);
+                    self.counts.die(Death::Class, 1);
                     continue;
                 }
                 own.copy::<false>(lane, met, from);
@@ -335,6 +313,23 @@ impl<const N: usize> BasePaths<N> {
             }
             *offsets = OffsetsX8::start(free);
         }
+        self.blocks.push(block);
+        self.own.push(own);
+    }
+}
+
+impl<const N: usize> Block<N> {
+    /// For the eight pixels from (`x`, `y`) in the tile on, without paths.
+    #[inline(always)]
+    fn at(context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) -> Self {
+        let PathSettings { points, seed, .. } = *context.settings;
+        let mut block = Self::NONE;
+        block.pixel = y * tile.width + x;
+        for (lane, sampler) in block.samplers.iter_mut().enumerate() {
+            let x = tile.x + x + lane as u32;
+            *sampler = Sampler::for_pixel(points, seed, x, tile.y + y, sample);
+        }
+        block
     }
 }
 

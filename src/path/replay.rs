@@ -3,7 +3,7 @@
 
 use super::base::{BasePaths, Block};
 use super::bounce::Flight;
-use super::{Context, PathSettings, PathTracer, Step, Tile};
+use super::{Context, Counts, PathSettings, PathTracer, Step, Tile};
 use crate::gradient::{Base, Neighbour, Shift, Weights};
 use crate::lanes::Vector;
 use crate::scene::Scene;
@@ -78,7 +78,7 @@ struct Log {
     deaths: [u64; Death::ALL.len()],
     /// Light of the shared rest of the path that has been told.
     lit: Vec3,
-    /// Whether it has been told that there is one.
+    /// Shared rests that have been told.
     shares: usize,
 }
 
@@ -172,6 +172,7 @@ impl Log {
             [block] => {
                 let met = surface(scene, &block.vertices);
                 self.say(0, format!("x1: the camera sees a surface {met}"));
+                self.tell_deaths(&base.counts);
                 self.offsets(scene, base, block, 1);
             }
             _ => {
@@ -278,15 +279,20 @@ impl Log {
         }
     }
 
-    /// Where the paths are at x_{k+1}.
-    fn arrived<const N: usize>(&mut self, scene: &Scene, base: &BasePaths<N>, k: u32) {
+    /// The shifts that have died since this was told last.
+    fn tell_deaths(&mut self, counts: &Counts) {
         for (death, told) in Death::ALL.into_iter().zip(self.deaths) {
-            let count = base.counts.deaths[death as usize] - told;
+            let count = counts.deaths[death as usize] - told;
             if count > 0 {
                 self.say(1, format!("{count} dead: {}", death.name()));
             }
         }
-        self.deaths = base.counts.deaths;
+        self.deaths = counts.deaths;
+    }
+
+    /// Where the paths are at x_{k+1}.
+    fn arrived<const N: usize>(&mut self, scene: &Scene, base: &BasePaths<N>, k: u32) {
+        self.tell_deaths(&base.counts);
         for &at in &base.live {
             let block = &base.blocks[at as usize];
             let throughput = vector(block.throughput.lane(LANE));

@@ -103,6 +103,12 @@ impl ScatteringX8 {
         delta: 0,
         transmits: 0,
     };
+
+    /// f/p up to the next vertices, of paths that arrived with `throughput`.
+    #[inline(always)]
+    pub fn carry(&self, throughput: Vec3x8) -> Vec3x8 {
+        throughput * self.value * (f32x8::ONE / self.pdf)
+    }
 }
 
 /// Rays that leave vertices.
@@ -277,11 +283,6 @@ impl VerticesX8 {
     fn meet_textured(&mut self, scene: &Scene, lane: usize, vertex: &Vertex) {
         let is_rough = vertex.class(scene) == Class::Rough;
         set_bit(&mut self.rough, lane, is_rough);
-        self.set_texel(lane, vertex);
-    }
-
-    #[inline(always)]
-    fn set_texel(&mut self, lane: usize, vertex: &Vertex) {
         self.more.alpha.set_lane(lane, vertex.texel.alpha);
         self.more.specular.set_lane(lane, vertex.texel.specular);
         self.more.metallic.set_lane(lane, vertex.texel.metallic);
@@ -366,8 +367,8 @@ impl VerticesX8 {
         if self.others >> lane & 1 == 0 {
             return self.albedo.lane(lane);
         }
-        let material = &scene.materials[self.more.material[lane] as usize];
-        material.bsdf.with(&self.texel(lane)).albedo()
+        let bsdf = self.bsdf(scene, lane);
+        bsdf.with(&self.texel(lane)).albedo()
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for unit directions `wi` in the world. It does not hold

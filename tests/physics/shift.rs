@@ -2,7 +2,7 @@
 //! numeric determinants, over geometry, roughness and index.
 
 use crate::common::{self, polygons};
-use gdpt::bsdf::{Bsdf, Eval, Lobe};
+use gdpt::bsdf::{Bsdf, Eval, Evals, Lobe};
 use gdpt::frame::Frame;
 use gdpt::lanes::Vec3x8;
 use gdpt::load::{mtl::MtlMaterial, sidecar::CameraTable};
@@ -35,23 +35,23 @@ impl Shifted {
     }
 }
 
+/// What all lanes say.
+fn held(eval: &Evals<f32x8>) -> Option<Eval> {
+    (eval.holds.to_bitmask() == 255).then(|| Eval {
+        value: eval.value.lane(3),
+        pdf: eval.pdf.as_array()[3],
+    })
+}
+
 /// Seen from where the vertex was met.
 fn eval_alone(scene: &Scene, at: &Vertex, wi: Vec3) -> Option<Eval> {
-    let eval = VerticesX8::splat(scene, at).eval::<false>(scene, Vec3x8::splat(wi));
-    (eval.holds.to_bitmask() == 255).then(|| Eval {
-        value: eval.value.lane(6),
-        pdf: eval.pdf.as_array()[6],
-    })
+    held(&VerticesX8::splat(scene, at).eval::<false>(scene, Vec3x8::splat(wi)))
 }
 
 fn eval_seen_from(scene: &Scene, at: &Vertex, wo: Vec3, wi: Vec3) -> Option<Eval> {
     let at = VerticesX8::splat(scene, at);
     let (wo, wi) = (Vec3x8::splat(wo), Vec3x8::splat(wi));
-    let eval = at.eval_seen_from::<false>(scene, wo, wi);
-    (eval.holds.to_bitmask() == 255).then(|| Eval {
-        value: eval.value.lane(3),
-        pdf: eval.pdf.as_array()[3],
-    })
+    held(&at.eval_seen_from::<false>(scene, wo, wi))
 }
 
 fn normal(scene: &Scene, at: &Vertex) -> Vec3 {
