@@ -8,7 +8,7 @@ use gdpt::filter::Filter;
 use gdpt::geometry::Seen;
 use gdpt::gradient::Weights;
 use gdpt::lanes::{LANES, Vec3x8};
-use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 use gdpt::sampler::{Dimension, Points, Sampler};
@@ -27,6 +27,7 @@ const SETTINGS: PathSettings = PathSettings {
     points: Points::Sobol,
     weights: Weights::Mis,
     filter: Filter::Box,
+    manifold: Manifold::Auto,
 };
 
 /// The primary hits of the picture's middle row and of the row below.

@@ -76,6 +76,54 @@ def caustic():
     o.write(DIFFUSE | {"light": {"Kd": "0 0 0", "Ke": "60 55 45"}} | glass, FRONT)
 
 
+def pane():
+    o = Obj("pane", """A closed room with two windows: a slab of glass to the right, before a lamp in the open, and a single sheet of
+glass in the ceiling, under a clear sky. All light comes in through glass.""")
+    for wall in ("floor", "back", "front"):
+        a, b, c = {
+            "floor": ((-1, 0, 1), (1, 0, 1), (1, 0, -1)),
+            "back": ((-1, 0, -1), (1, 0, -1), (1, 2, -1)),
+            "front": ((1, 0, 1), (-1, 0, 1), (-1, 2, 1)),
+        }[wall]
+        o.rectangle("white", a, b, c)
+    o.rectangle("red", (-1, 0, 1), (-1, 0, -1), (-1, 2, -1))
+    # Walls with openings: the right one from z = -0.6 to 0.3 and y = 0.6 to 1.6, the ceiling from x = -0.6 to 0.1.
+    x, (z0, z1), (y0, y1) = 1, (-0.6, 0.3), (0.6, 1.6)
+    o.rectangle("white", (x, 0, -1), (x, 0, 1), (x, y0, 1))
+    o.rectangle("white", (x, y1, -1), (x, y1, 1), (x, 2, 1))
+    o.rectangle("white", (x, y0, -1), (x, y0, z0), (x, y1, z0))
+    o.rectangle("white", (x, y0, z1), (x, y0, 1), (x, y1, 1))
+    (a, b), (c, d) = (-0.6, 0.1), (-0.5, 0.2)
+    o.rectangle("white", (-1, 2, -1), (a, 2, -1), (a, 2, 1))
+    o.rectangle("white", (b, 2, -1), (1, 2, -1), (1, 2, 1))
+    o.rectangle("white", (a, 2, -1), (b, 2, -1), (b, 2, c))
+    o.rectangle("white", (a, 2, d), (b, 2, d), (b, 2, 1))
+    o.block("glass", (1.04, y0, 0.5 * (z0 + z1)), (0.05, y1 - y0, z1 - z0))
+    o.rectangle("glass", (a, 2.01, c), (b, 2.01, c), (b, 2.01, d))
+    o.rectangle("light", (2.4, 1.9, 0.4), (2.4, 1.9, -0.2), (2.7, 1.4, -0.2))
+    o.block("white", (0.35, 0.0, -0.45), (0.4, 0.6, 0.4), 20)
+    o.sphere("green", (-0.4, 0.3, -0.2), 0.3)
+    glass = {"glass": {"Kd": "0 0 0", "Ni": "1.5", "illum": "7"}}
+    light = {"light": {"Kd": "0 0 0", "Ke": "60 50 35"}}
+    o.write(DIFFUSE | light | glass, ((-0.5, 1.1, 0.95), (0.3, 0.85, -1.0), 70.0))
+    with (HERE / "pane.toml").open("a") as toml:
+        toml.write("\n[environment]\nmodel = \"sky\"\nsun = [70.0, 60.0]\nscale = 0.3\n")
+
+
+def rings():
+    o = Obj("rings", "Curved mirrors: a metal ring whose inside throws the light of a small lamp back onto the floor as a heart, a\nmirror ball, and a bowl that gathers light on the wall.")
+    o.room()
+    ring = lambda u, v: (0.45 * math.sin(2 * math.pi * u) - 0.35, 0.02 + 0.22 * v, 0.45 * math.cos(2 * math.pi * u) + 0.3)
+    o.surface("metal", ring, 96, 4, smooth=1)
+    o.sphere("metal", (0.5, 0.3, -0.35), 0.3)
+    bowl = lambda u, v: (0.62 + 0.3 * math.sin(0.9 * v) * math.cos(2 * math.pi * u), 0.65 - 0.35 * math.cos(0.9 * v) + 0.35,
+                         0.5 + 0.3 * math.sin(0.9 * v) * math.sin(2 * math.pi * u))
+    o.surface("metal", bowl, 64, 12, smooth=1)
+    o.lamp(x=-0.75, z=0.3, half=0.06, y=1.4)
+    metal = {"metal": {"Kd": "0 0 0", "Ks": "0.95 0.85 0.6", "Pm": "1", "Pr": "0"}}
+    o.write(DIFFUSE | {"light": {"Kd": "0 0 0", "Ke": "160 140 110"}} | metal, FRONT)
+
+
 def corner():
     o = Obj("corner", "Contacts and creases: blocks against the walls and on one another, a leaning board and a narrow slot. Short\nreconnections blow up the Jacobian; the weights must hold them.")
     o.room()
@@ -282,5 +330,5 @@ if sys.argv[1:2] == ["large"]:
 elif sys.argv[1:2] == ["lamps"]:
     lamps(sys.argv[2])
 else:
-    for scene in (cornell, glossy, mirrors, ajar, caustic, corner, furnace, still, porch):
+    for scene in (cornell, glossy, mirrors, pane, rings, ajar, caustic, corner, furnace, still, porch):
         scene()

@@ -15,7 +15,7 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
-const MAGIC: &[u8] = b"gdpt checkpoint 3\n";
+const MAGIC: &[u8] = b"gdpt checkpoint 4\n";
 /// No header is longer.
 const LONGEST_HEADER: u64 = 1 << 20;
 

@@ -20,9 +20,10 @@
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
 //! | [`vertex`] | What a ray met, ready for scattering and shifting. | lanes, frame, geometry, bsdf, scene, trace |
 //! | [`shift`] | How an offset path follows its base path. | lanes, frame, geometry, bsdf, scene, vertex |
+//! | [`manifold`] | Chains of single directions from a rough vertex to a light. | lanes, geometry, bsdf, scene, trace, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, manifold, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
@@ -41,7 +42,7 @@
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, render, reconstruct, output, tone, exposure |
+//! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, path, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
 //! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch |
 //!
@@ -55,7 +56,7 @@
 //! use gdpt::filter::Filter;
 //! use gdpt::gradient::Weights;
 //! use gdpt::load::{obj, sidecar};
-//! use gdpt::path::PathSettings;
+//! use gdpt::path::{Manifold, PathSettings};
 //! use gdpt::render::{Job, Limits, Method, TILE_SIZE};
 //! use gdpt::sampler::Points;
 //! use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
@@ -90,6 +91,7 @@
 //!         points: Points::Sobol,
 //!         weights: Weights::Mis,
 //!         filter: Filter::Box,
+//!         manifold: Manifold::Auto,
 //!     },
 //!     limits: Limits { samples: 64, time: None },
 //! };
@@ -104,7 +106,8 @@
 //!
 //! Where to read on: a path's vertices are in [`vertex`], eight at once; the loop over them in `path/mod.rs`; what the
 //! base path does at one, and how its offset paths follow, in `path/light.rs` and `path/bounce.rs`, and what follows
-//! when all share the rest in `path/plain.rs`; the shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
+//! when all share the rest in `path/plain.rs`; light through mirrors and glass in `path/manifold.rs`, by the walks of
+//! [`manifold`] between the surfaces of [`scene::reflectors`]; the shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
 //! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
 //! [`reconstruct`].
 //!
@@ -133,6 +136,7 @@ pub mod gradient;
 pub mod image;
 pub mod lanes;
 pub mod load;
+pub mod manifold;
 pub mod memory;
 pub mod output;
 pub mod path;

@@ -42,6 +42,8 @@ pub enum Dimension {
     Light(u32),
     /// BSDF sampling at vertex k ≥ 1: the direction (0, 1), the lobe (2), Russian roulette (3).
     Bsdf(u32),
+    /// Light sampling through mirrors at vertex k ≥ 1: the light (0), the point on it (1, 2), the mirror (3).
+    Mirrored(u32),
 }
 
 /// The random numbers of one sample of one pixel.
@@ -93,6 +95,14 @@ impl Sampler {
         }
     }
 
+    /// A number in [0, 1) for a decision at vertex k that has no place among the dimensions.
+    #[inline]
+    pub fn coin(&self, k: u32) -> f32 {
+        u32_to_f32_norm(hash(
+            self.scramble ^ hash(self.index ^ k.wrapping_mul(0x9e37_79b9)),
+        ))
+    }
+
     /// Four numbers in [0, 1).
     #[inline]
     pub fn draw(&self, dimension: Dimension) -> [f32; 4] {
@@ -110,9 +120,15 @@ impl Dimension {
             Dimension::Pixel => 0,
             Dimension::Light(k) => 2 * k - 1,
             Dimension::Bsdf(k) => 2 * k,
+            // Under a scramble of its own.
+            Dimension::Mirrored(k) => 2 * k - 1,
         };
         let round = set / NUM_DIMENSION_SETS_4D;
-        (set % NUM_DIMENSION_SETS_4D, round.wrapping_mul(0x9e37_79b9))
+        let mut padding = round.wrapping_mul(0x9e37_79b9);
+        if matches!(self, Dimension::Mirrored(_)) {
+            padding = padding.wrapping_add(0x85eb_ca6b);
+        }
+        (set % NUM_DIMENSION_SETS_4D, padding)
     }
 }
 

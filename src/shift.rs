@@ -150,22 +150,33 @@ pub enum Death {
     Lobe,
     /// A value is not finite.
     NotFinite,
+    /// There is no chain of single directions to the light.
+    Walk,
 }
 
 impl Death {
     /// All reasons, in the order of their numbers.
-    pub const ALL: [Death; 6] = [
+    pub const ALL: [Death; 7] = [
         Death::Missed,
         Death::Class,
         Death::Blocked,
         Death::Side,
         Death::Lobe,
         Death::NotFinite,
+        Death::Walk,
     ];
 
     /// Lower-case name.
     pub fn name(self) -> &'static str {
-        ["missed", "class", "blocked", "side", "lobe", "not_finite"][self as usize]
+        [
+            "missed",
+            "class",
+            "blocked",
+            "side",
+            "lobe",
+            "not_finite",
+            "walk",
+        ][self as usize]
     }
 }
 

@@ -11,7 +11,7 @@ use crate::filter::Filter;
 use crate::geometry::offset_origin;
 use crate::gradient::Weights;
 use crate::lanes::Vec3x8;
-use crate::path::PathSettings;
+use crate::path::{Manifold, PathSettings};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
 use crate::sampler::Points;
 use crate::scene::Scene;
@@ -389,6 +389,7 @@ fn is_dark(scene: &mut Scene, tracer: &dyn Traverse) -> bool {
             points: Points::Sobol,
             weights: Weights::Mis,
             filter: Filter::Box,
+            manifold: Manifold::Off,
         },
         limits: Limits {
             samples: 4,

@@ -6,7 +6,7 @@ use common::{shipped, tracer};
 use gdpt::film::{Counted, Film};
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
-use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
 use gdpt::sampler::Points;
 use gdpt::sums::TileSums;
 
@@ -20,6 +20,7 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
         points: Points::Sobol,
         weights: Weights::Mis,
         filter: Filter::Box,
+        manifold: Manifold::Auto,
     };
     let tile = Tile {
         x: 0,

@@ -8,7 +8,7 @@ use crate::filter::Filter;
 use crate::load::scene_name;
 use crate::output::format::Encoding;
 use crate::output::{check_outputs, colour_map, print, write_whole};
-use crate::path::{Counts, PathSettings};
+use crate::path::{Counts, Manifold, PathSettings};
 use crate::progress::Steps;
 use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
 use crate::scene::Scene;
@@ -98,6 +98,7 @@ fn measure(
                 points: args.sampler,
                 weights: args.weights,
                 filter: Filter::Box,
+                manifold: Manifold::Auto,
             },
             limits: Limits {
                 samples: args.spp,

@@ -3,7 +3,7 @@
 use crate::film::Film;
 use crate::filter::Filter;
 use crate::gradient::Weights;
-use crate::path::PathSettings;
+use crate::path::{Manifold, PathSettings};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
 use crate::sampler::Points;
 use crate::scene::Scene;
@@ -105,6 +105,7 @@ pub fn record(
             points: Points::Sobol,
             weights: Weights::Mis,
             filter: Filter::Box,
+            manifold: Manifold::Auto,
         },
         limits: Limits {
             samples: 8,

@@ -6,7 +6,7 @@ use crate::estimate::Estimate;
 use crate::film::{Film, Halves};
 use crate::filter::Filter;
 use crate::image::Image;
-use crate::path::{Counts, PathSettings};
+use crate::path::{Counts, Manifold, PathSettings};
 use crate::picture::{self, Picture};
 use crate::reconstruct::{self, Alpha, PAPER_ALPHA};
 use crate::render::{Ending, Job, Limits, Method, Outcome, TILE_SIZE};
@@ -56,6 +56,7 @@ impl Run<'_> {
             points: self.points,
             weights: self.tracing.weights,
             filter: Filter::Box,
+            manifold: Manifold::Auto,
         }
     }
 

@@ -11,6 +11,7 @@ use crate::gradient::Weights;
 use crate::load::environment::Background;
 use crate::load::sidecar::{Up, View};
 use crate::output::format::Format;
+use crate::path::Manifold;
 use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
 use crate::sampler::Points;
@@ -237,6 +238,10 @@ pub struct RenderArgs {
     /// Longest light path in segments; 1 is light seen directly, 2 direct lighting
     #[arg(help_heading = METHOD, long, default_value_t = 12)]
     pub depth: u32,
+
+    /// Sample light through mirrors and glass, where a scene has any
+    #[arg(help_heading = METHOD, long, default_value = "auto")]
+    pub manifold: Manifold,
 
     /// Surfaces of at most this GGX roughness (alpha) copy half vectors and take no light samples
     #[arg(help_heading = METHOD, long, default_value_t = ROUGHNESS_THRESHOLD)]

@@ -2,12 +2,15 @@
 //! paths are connected or dead. What follows then is the same for all of them.
 
 use super::bounce::Flight;
+use super::chain::{self, Chains, Passages};
 use super::grid::Grid;
 use super::light::LightBlock;
+use super::manifold::{Found, Kept, Request, Unseen};
 use super::plain::PlainPaths;
 use super::{Counts, Share, Tile, primary};
 use crate::gradient::{Base, Neighbour, Shift, Weights};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
+use crate::manifold::Walks;
 use crate::sampler::Sampler;
 use crate::shift::{CarriedX8, OffsetsX8};
 use crate::sums::PixelSample;
@@ -37,6 +40,14 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) continuation: ClosestBatch,
     pub(super) shadow: AnyBatch,
     pub(super) reconnection: AnyBatch,
+    /// What lies between paths and their last rough vertices, and those.
+    pub(super) chains: Chains,
+    pub(super) kept: Vec<Kept<N>>,
+    /// Of the light step, for each live block; empty where no light goes through glass.
+    pub(super) unseen: Vec<Unseen>,
+    pub(super) found: Vec<Found>,
+    pub(super) requests: Vec<Request<N>>,
+    pub(super) walks: Walks,
     pub(super) counts: Counts,
 }
 
@@ -54,6 +65,9 @@ pub(super) struct Block<const N: usize> {
     /// A bit for each lane that holds a path.
     pub(super) alive: u32,
     pub(super) offsets: [OffsetsX8; N],
+    /// The chains of single directions that have led here from rough vertices.
+    pub(super) chain: [u32; LANES],
+    pub(super) passages: Passages<N>,
     /// What the paths gathered: [`PixelSample`] in lanes.
     primal: Vec3x8,
     to: [Vec3x8; N],
@@ -69,6 +83,8 @@ impl<const N: usize> Block<N> {
         samplers: [Sampler::NONE; LANES],
         alive: 0,
         offsets: [OffsetsX8::start(0); N],
+        chain: [chain::NONE; LANES],
+        passages: Passages::NONE,
         primal: Vec3x8::ZERO,
         to: [Vec3x8::ZERO; N],
     };
@@ -88,6 +104,14 @@ impl<const N: usize> Block<N> {
         for (to, shift) in self.to.iter_mut().zip(shifts) {
             *to = *to + Vec3x8::select(holds, base.difference(shift, weights), zero);
         }
+    }
+
+    /// A bit for each lane whose path is in a chain that began at a rough vertex.
+    #[inline(always)]
+    pub(super) fn in_chain(&self) -> u32 {
+        (0..LANES).fold(0, |bits, lane| {
+            bits | u32::from(self.chain[lane] != chain::NONE) << lane
+        })
     }
 
     /// A bit for each lane in which anything that follows can still count.
@@ -147,7 +171,8 @@ impl<const N: usize> BasePaths<N> {
             let block = &mut self.blocks[at as usize];
             let offsets = block.offsets.iter();
             let on_their_own = offsets.fold(0, |bits, o| bits | o.free() | o.joined());
-            let settled = block.alive & !on_their_own;
+            // A path in a chain may yet be found by a walk from the vertex where its offset paths were on their own.
+            let settled = block.alive & !on_their_own & !block.in_chain();
             if settled == 0 {
                 continue;
             }
@@ -185,6 +210,8 @@ impl<const N: usize> BasePaths<N> {
     /// Puts what the paths gathered into the samples of their pixels, and forgets them.
     pub(super) fn collect(&mut self, tile: Tile, samples: &mut [PixelSample]) {
         self.live.clear();
+        self.chains.clear();
+        self.kept.clear();
         if N == 0 {
             // They have all become plain paths.
             return;

@@ -2,9 +2,10 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
+use super::manifold::{Found, Kept, light_end, start};
 use super::{Context, Counts, trace_any, trace_closest};
 use crate::gradient::{Base, Shift};
-use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::shift::{self, CarriedX8, Death, JointsX8, ShiftedX8};
@@ -48,6 +49,9 @@ pub(super) struct Flight<const N: usize> {
     pub(super) radiance: Vec3x8,
     /// Density of light sampling there, over that of BSDF sampling.
     by_light: f32x8,
+    /// Of `ends` the lanes whose paths a walk could have found, and of these those which one has found.
+    pub(super) by_chain: u32,
+    pub(super) walked: u32,
     pub(super) followers: [FollowerX8; N],
 }
 
@@ -95,6 +99,8 @@ impl<const N: usize> Flight<N> {
         environment: 0,
         radiance: Vec3x8::ZERO,
         by_light: f32x8::ZERO,
+        by_chain: 0,
+        walked: 0,
         followers: [FollowerX8::NONE; N],
     };
 }
@@ -114,7 +120,7 @@ impl<const N: usize> BasePaths<N> {
             flight.scattering = x.scatter::<DIFFUSE>(context.scene, k, numbers);
             flight.alive = flight.scattering.holds & block.alive;
             if !DIFFUSE {
-                flight.alive &= block.carries_light();
+                flight.alive &= block.carries_light() | block.in_chain();
             }
             let rays = x.rays(flight.scattering.wi);
             for lane in lanes_of(flight.alive) {
@@ -134,11 +140,22 @@ impl<const N: usize> BasePaths<N> {
             grid: &self.grid,
             stored: &self.own,
         };
-        for (&at, flight) in self.live.iter().zip(&mut self.flights) {
+        self.found.clear();
+        for (index, (&at, flight)) in self.live.iter().zip(&mut self.flights).enumerate() {
             let block = &mut self.blocks[at as usize];
             let ScatteringX8 { wi, pdf, .. } = flight.scattering;
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
             let rough = flight.alive & block.vertices.rough & !flight.scattering.delta;
+            if !DIFFUSE && context.walks {
+                let ScatteringX8 {
+                    delta, transmits, ..
+                } = flight.scattering;
+                self.chains
+                    .scatter_all(scene, &mut block.chain, &flight.scattering, flight.alive);
+                block
+                    .passages
+                    .scatter(rough, flight.alive & delta & transmits);
+            }
             let left = Left {
                 from: block.vertices.position,
                 pdf,
@@ -152,6 +169,29 @@ impl<const N: usize> BasePaths<N> {
             flight.by_light = arrival.by_light;
             let mut next = VerticesX8::NONE;
             arrival.put::<DIFFUSE>(scene, &hits, &mut next);
+            if !DIFFUSE && context.walks {
+                flight.by_chain = 0;
+                for lane in lanes_of(arrival.ends) {
+                    let in_chain = self.chains.get(block.chain[lane]).is_some();
+                    if let Some(end) = light_end(scene, &hits, lane).filter(|_| in_chain) {
+                        self.found.push(Found::new(index, lane, end));
+                        flight.by_chain |= 1 << lane;
+                    }
+                }
+                let begins = rough & arrival.surfaces & !next.rough;
+                if begins != 0 {
+                    let note = self.kept.len() as u32;
+                    self.kept.push(Kept::of(block, &self.own[at as usize]));
+                    for lane in lanes_of(begins) {
+                        let (start, pdf) = (start(&block.vertices, lane, k), pdf.lane(lane));
+                        let wi = wi.lane(lane);
+                        block.chain[lane] = self.chains.begin(start, wi, pdf, note);
+                    }
+                }
+                block.passages.arrive(scene, &hits, arrival.surfaces);
+                let surfaces = (arrival.surfaces, next.rough);
+                self.chains.arrive(scene, &mut block.chain, &hits, surfaces);
+            }
             // Reconnect where x_k and x_{k+1} are rough, copy elsewhere.
             let copies = if DIFFUSE {
                 0
@@ -197,9 +237,9 @@ impl<const N: usize> BasePaths<N> {
                 self.counts.die(Death::Blocked, follower.blocked);
                 if !DIFFUSE && follower.copies != 0 {
                     let own = &mut self.own[at as usize][j];
-                    let block = &self.blocks[at as usize];
+                    let block = &mut self.blocks[at as usize];
                     let batch = &self.continuation;
-                    flight.follow_to_end(context.scene, (block, j), batch, own, &mut self.counts);
+                    flight.follow_to_end(context, (block, j), batch, own, &mut self.counts);
                 }
             }
         }
@@ -211,7 +251,13 @@ impl<const N: usize> BasePaths<N> {
             let block = &mut self.blocks[at as usize];
             if flight.ends != 0 {
                 let (base, shifts) = flight.complete::<DIFFUSE>(block);
-                block.gather(context.settings.weights, &base, &shifts, flight.ends);
+                let weights = context.settings.weights;
+                block.gather(weights, &base, &shifts, flight.ends & !flight.by_chain);
+                // What BSDF sampling alone has found.
+                let alone = flight.by_chain & !flight.walked;
+                if !DIFFUSE && alone != 0 {
+                    block.gather(weights, &base, &[Shift::DEAD; N], alone);
+                }
             }
             for (offset, follower) in block.offsets.iter_mut().zip(&flight.followers) {
                 let joined = follower.joins & !follower.blocked;
@@ -332,12 +378,13 @@ impl<const N: usize> Flight<N> {
     #[inline(never)]
     fn follow_to_end(
         &mut self,
-        scene: &Scene,
-        (block, j): (&Block<N>, usize),
+        context: Context,
+        (block, j): (&mut Block<N>, usize),
         continuation: &ClosestBatch,
         own: &mut VerticesX8,
         counts: &mut Counts,
     ) {
+        let scene = context.scene;
         let follower = &mut self.followers[j];
         let copies = follower.copies;
         let hits = continuation.hits_of(&follower.ray, copies, -block.offsets[j].wo);
@@ -352,6 +399,15 @@ impl<const N: usize> Flight<N> {
         follower.arrived = same;
 
         // Where it has reached light.
+        let mut other_kind = 0;
+        if context.walks {
+            block.passages.arrive_own(scene, j, &hits, same);
+            other_kind = block.passages.flat_alone(j);
+            if scene.environment.map().is_none() {
+                // No walk leads to the environment.
+                other_kind &= !self.environment;
+            }
+        }
         for lane in lanes_of(copies & self.ends) {
             let at_environment = self.environment >> lane & 1 == 1;
             let found = match End::in_lane(scene, &hits, lane) {
@@ -363,6 +419,7 @@ impl<const N: usize> Flight<N> {
                 _ => Err(Death::Missed),
             };
             match found {
+                Ok(_) if other_kind >> lane & 1 == 1 => counts.die(Death::Walk, 1),
                 Ok(radiance) => {
                     follower.radiance.set(lane, radiance);
                     follower.arrived |= 1 << lane;

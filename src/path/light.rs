@@ -197,6 +197,8 @@ impl<const N: usize> BasePaths<N> {
         let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
         draw(live.map(|block| &block.samplers), k, &mut self.numbers);
         self.lights.resize(self.live.len(), LightBlock::DARK);
+        let through_glass = !DIFFUSE && context.walks && scene.reflectors.let_light_pass();
+        self.unseen.clear();
         let own = Own {
             grid: &self.grid,
             stored: &self.own,
@@ -209,9 +211,15 @@ impl<const N: usize> BasePaths<N> {
             let rough = x.rough & block.alive;
             to.base.holds = 0;
             if rough == 0 {
+                if through_glass {
+                    self.unseen.push((LightSamplesX8::NONE, 0));
+                }
                 continue;
             }
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
+            if through_glass {
+                self.unseen.push((light, rough));
+            }
             let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
             to.base = ConnectionX8 {
                 value: to_light.value(block.throughput),
@@ -233,6 +241,10 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
+        for ((_, unseen), light) in self.unseen.iter_mut().zip(&self.lights) {
+            let ConnectionX8 { holds, ray, .. } = &light.base;
+            *unseen &= !holds | self.shadow.blocked(ray, *holds);
+        }
         let weights = context.settings.weights;
         for (&at, light) in self.live.iter().zip(&self.lights) {
             if light.base.holds != 0 {

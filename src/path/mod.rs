@@ -8,9 +8,11 @@ mod arrival;
 mod base;
 mod bounce;
 mod by_light;
+mod chain;
 mod counts;
 mod grid;
 mod light;
+mod manifold;
 mod order;
 mod plain;
 mod primary;
@@ -43,6 +45,20 @@ pub struct PathSettings {
     pub weights: Weights,
     /// Pixel filter.
     pub filter: Filter,
+    /// Whether light is sampled through mirrors and glass.
+    pub manifold: Manifold,
+}
+
+/// Whether light is sampled through mirrors and glass (manifold light sampling), where a scene has any.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum Manifold {
+    /// As often as it may bring light.
+    #[default]
+    Auto,
+    /// Never: by BSDF sampling alone.
+    Off,
+    /// At every rough vertex.
+    Always,
 }
 
 impl PathSettings {
@@ -96,7 +112,41 @@ struct Context<'a> {
     scene: &'a Scene,
     tracer: &'a dyn Traverse,
     settings: &'a PathSettings,
+    /// Whether light is sampled through mirrors and glass.
+    walks: bool,
 }
+
+impl<'a> Context<'a> {
+    fn new(scene: &'a Scene, tracer: &'a dyn Traverse, settings: &'a PathSettings) -> Self {
+        let wanted = settings.manifold != Manifold::Off;
+        Self {
+            scene,
+            tracer,
+            settings,
+            walks: wanted && !scene.reflectors.is_empty() && !scene.lights.is_empty(),
+        }
+    }
+}
+
+impl Context<'_> {
+    /// Whether walks through mirrors are made wherever they may lead to light.
+    fn always(&self) -> bool {
+        self.settings.manifold == Manifold::Always
+    }
+
+    /// The share of vertices at which walks by mirrors are tried.
+    fn tried(&self) -> f32 {
+        if self.always() {
+            1.0
+        } else {
+            TRIED * self.scene.reflectors.worth()
+        }
+    }
+}
+
+/// Light that comes by mirrors has less noise than all the rest together, so fewer samples of it do: with `q` the share
+/// of vertices that try, on scenes/mirrors.obj, error times time is the least between 1/8 and 1/4.
+const TRIED: f32 = 0.1875;
 
 /// What has just been done, for those who watch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,6 +157,10 @@ enum Step {
     HandedOver(u32),
     /// Light is sampled at the vertices x_k of base and offset paths.
     Light(u32),
+    /// Light is sampled through mirrors and glass at the vertices x_k of base and offset paths.
+    Walked(u32),
+    /// Walks have been made to the light that base paths have reached from x_k in single directions.
+    WalkedAgain(u32),
     /// Base paths have scattered at x_k and offset paths have followed; it is known where they arrive.
     Followed(u32),
     /// They are at x_{k+1}.
@@ -126,11 +180,7 @@ impl<const N: usize> PathTracer<N> {
         range: Range<u64>,
         sums: &mut TileSums,
     ) -> Counts {
-        let context = Context {
-            scene,
-            tracer,
-            settings,
-        };
+        let context = Context::new(scene, tracer, settings);
         for sample in range {
             self.trace(context, tile, sample, sums);
             let weight = settings.position(sample).weight;
@@ -180,10 +230,18 @@ impl<const N: usize> PathTracer<N> {
             if !self.base.is_empty() {
                 self.base.light_step::<BASE>(context, k);
                 watch(self, Step::Light(k));
+                if !BASE && context.walks {
+                    self.base.walk_step(context, k);
+                    watch(self, Step::Walked(k));
+                }
                 self.base.scatter::<BASE>(context, k);
                 self.base.follow::<BASE>(context, k);
                 self.base.land::<BASE>(context);
                 watch(self, Step::Followed(k));
+                if !BASE && context.walks {
+                    self.base.walk_again(context);
+                    watch(self, Step::WalkedAgain(k));
+                }
                 self.base.arrive::<BASE>(context);
                 watch(self, Step::Arrived(k));
             }

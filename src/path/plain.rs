@@ -3,12 +3,16 @@
 //! that end on a light leave gaps until the next time.
 
 use super::arrival::{Arrival, Left};
+use super::chain::{self, Chains};
 use super::light::{ConnectedX8, shadow_rays};
+use super::manifold::Unseen;
+use super::manifold::{self, LinksX8, Way, light_end, start};
 use super::order::Order;
 use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
+use crate::manifold::{Through, Walks};
 use crate::sampler::Sampler;
-use crate::scene::Scene;
+use crate::scene::light::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
 use crate::vertex::VerticesX8;
@@ -30,6 +34,16 @@ pub(super) struct PlainPaths {
     bounce: ClosestBatch,
     shadow: AnyBatch,
     order: Order,
+    /// What lies between paths and their last rough vertices.
+    chains: Chains,
+    /// Of the light step, for each block; empty where no light goes through glass.
+    unseen: Vec<Unseen>,
+    requests: Vec<Request>,
+    /// The blocks and lanes of vertices that try walks by mirrors.
+    tries: Vec<(u32, u32)>,
+    /// Light that has been found by chains.
+    found: Vec<Found>,
+    walks: Walks,
     /// The light of each path, in the order in which they were pushed.
     pub(super) gathered: Vec<Vec3>,
     pub(super) counts: Counts,
@@ -46,6 +60,8 @@ struct PlainBlock {
     index: [u32; LANES],
     /// A bit for each lane that holds a path.
     alive: u32,
+    /// The chains of single directions that have led here from rough vertices.
+    chain: [u32; LANES],
 }
 
 /// Eight paths between their vertices.
@@ -61,12 +77,62 @@ struct PlainFlight {
     rough: u32,
     samplers: [Sampler; LANES],
     index: [u32; LANES],
+    /// The chains that go on here, or begin where they left.
+    chain: [u32; LANES],
+}
+
+/// Walks from eight vertices.
+struct Request {
+    vertices: VerticesX8,
+    throughput: Vec3x8,
+    index: [u32; LANES],
+    lanes: u32,
+    ways: [Option<Way>; LANES],
+    /// P(σ) of the ways.
+    probability: f32x8,
+    walks: [u32; LANES],
+}
+
+impl Request {
+    fn new(ways: [Option<Way>; LANES], probability: f32x8) -> Self {
+        Self {
+            vertices: VerticesX8::NONE,
+            throughput: Vec3x8::ZERO,
+            index: [0; LANES],
+            lanes: 0,
+            ways,
+            probability,
+            walks: [0; LANES],
+        }
+    }
+
+    /// Adds the walks of the ways in `lanes`.
+    fn ask(&mut self, context: Context, walks: &mut Walks, k: u32, lanes: u32) {
+        for lane in lanes_of(lanes) {
+            if let Some((end, through)) = &self.ways[lane] {
+                let start = start(&self.vertices, lane, k);
+                self.walks[lane] = walks.push(context.scene, start, end.target, *through);
+                self.lanes |= 1 << lane;
+            }
+        }
+    }
+}
+
+/// Light that BSDF sampling has found by a chain: what it would add alone, and the walk that could have found it.
+struct Found {
+    light: Vec3,
+    index: u32,
+    chain: u32,
+    way: Way,
+    walk: u32,
 }
 
 /// What arrives from a light, and where it is gathered.
 struct Lit {
     light: Vec3,
     index: u32,
+    /// The lane among all.
+    place: u32,
 }
 
 impl PlainBlock {
@@ -76,6 +142,7 @@ impl PlainBlock {
         samplers: [Sampler::NONE; LANES],
         index: [0; LANES],
         alive: 0,
+        chain: [chain::NONE; LANES],
     };
 }
 
@@ -87,7 +154,20 @@ impl PlainFlight {
         rough: 0,
         samplers: [Sampler::NONE; LANES],
         index: [0; LANES],
+        chain: [chain::NONE; LANES],
     };
+
+    /// Gathers the light that the paths in the lanes `ends` have reached.
+    #[inline(always)]
+    fn reach_light(&self, arrival: &Arrival, ends: u32, gathered: &mut [Vec3]) {
+        if ends != 0 {
+            let value = self.throughput * arrival.radiance;
+            let light = value / (f32x8::ONE + arrival.by_light);
+            for lane in lanes_of(ends) {
+                gathered[self.index[lane] as usize] += light.lane(lane);
+            }
+        }
+    }
 
     /// The paths of the rays `rays`, which are anywhere in `flights`.
     #[inline(always)]
@@ -104,6 +184,7 @@ impl PlainFlight {
             gathered.rough |= (flight.rough >> from & 1) << lane;
             gathered.samplers[lane] = flight.samplers[from];
             gathered.index[lane] = flight.index[from];
+            gathered.chain[lane] = flight.chain[from];
         }
         gathered
     }
@@ -124,6 +205,7 @@ impl PlainPaths {
     pub(super) fn clear(&mut self) {
         self.blocks.clear();
         self.len = 0;
+        self.chains.clear();
         self.gathered.clear();
     }
 
@@ -144,6 +226,7 @@ impl PlainPaths {
         block.samplers[lane] = sampler;
         block.index[lane] = self.gathered.len() as u32;
         block.alive |= 1 << lane;
+        block.chain[lane] = chain::NONE;
         self.gathered.push(Vec3::ZERO);
         self.len += 1;
     }
@@ -151,12 +234,18 @@ impl PlainPaths {
     /// Light and bounce at x_k. `DIFFUSE`: in a scene that is diffuse.
     pub(super) fn step<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
         self.light_step::<DIFFUSE>(context, k);
-        self.scatter::<DIFFUSE>(context.scene, k);
+        if !DIFFUSE && context.walks {
+            self.walk_step(context, k);
+        }
+        self.scatter::<DIFFUSE>(context, k);
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
         if DIFFUSE {
             self.arrive(context, k);
         } else {
             self.arrive_by_kind(context, k);
+        }
+        if !DIFFUSE && context.walks {
+            self.walk_again(context);
         }
     }
 
@@ -168,24 +257,33 @@ impl PlainPaths {
         }
         self.lit.clear();
         self.shadow.clear();
+        self.unseen.clear();
+        let through_glass = !DIFFUSE && context.walks && scene.reflectors.let_light_pass();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
         light::draw(samplers, k, &mut self.numbers);
-        for (block, &[u0, u1, u2, _]) in self.blocks.iter().zip(&self.numbers) {
+        for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
             let rough = x.rough & block.alive;
             if rough == 0 {
+                if through_glass {
+                    self.unseen.push((LightSamplesX8::NONE, 0));
+                }
                 continue;
             }
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
             let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
             let value = to_light.value(block.throughput) / (f32x8::ONE + to_light.by_bsdf());
             let rays = shadow_rays::<DIFFUSE>(x, &light);
+            if through_glass {
+                self.unseen.push((light, rough & !to_light.holds));
+            }
             for lane in lanes_of(to_light.holds & rough) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
                     light: value.lane(lane),
                     index: block.index[lane],
+                    place: (at * LANES + lane) as u32,
                 });
             }
         }
@@ -193,12 +291,122 @@ impl PlainPaths {
         for (ray, lit) in self.lit.iter().enumerate() {
             if !self.shadow.is_blocked(ray as u32) {
                 self.gathered[lit.index as usize] += lit.light;
+            } else if through_glass {
+                let (block, lane) = (lit.place as usize / LANES, lit.place as usize % LANES);
+                self.unseen[block].1 |= 1 << lane;
             }
         }
     }
 
+    /// Samples light through mirrors and glass, and gathers what comes from there.
+    fn walk_step(&mut self, context: Context, k: u32) {
+        // There is no room for a chain.
+        if k + 2 > context.settings.depth {
+            return;
+        }
+        self.walks.clear();
+        self.requests.clear();
+        for (at, (sampled, unseen)) in self.unseen.iter().enumerate() {
+            let block = &self.blocks[at];
+            let lanes = unseen & block.throughput.is_not_zero().to_bitmask();
+            if lanes != 0 {
+                let way = |lane: usize| Some((sampled.lane(lane)?, Through::Passage));
+                let mut request = Request::new(std::array::from_fn(way), f32x8::ONE);
+                request.vertices = block.vertices.clone();
+                request.throughput = block.throughput;
+                request.index = block.index;
+                request.ask(context, &mut self.walks, k, lanes);
+                self.requests.push(request);
+            }
+        }
+        self.try_mirrors(context, k);
+        self.walks.solve(context.scene, context.tracer);
+        for request in &self.requests {
+            let ways = (&request.ways, request.probability);
+            let from = (&request.vertices, k);
+            let (walks, lanes) = (&request.walks, request.lanes);
+            let links = LinksX8::new(context, &self.walks, from, walks, ways, lanes);
+            let x = &request.vertices;
+            let eval = x.eval::<false>(context.scene, links.wi);
+            let by_bsdf = eval.pdf * x.survival(k) * links.per_pdf;
+            let value = request.throughput * eval.value * links.arriving;
+            let value = value / (links.by_walk + by_bsdf);
+            for lane in lanes_of(links.free & eval.holds.to_bitmask()) {
+                self.gathered[request.index[lane] as usize] += value.lane(lane);
+            }
+        }
+    }
+
+    /// Asks for walks by mirrors, from the vertices that try one.
+    fn try_mirrors(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        self.tries.clear();
+        for (at, block) in self.blocks.iter().enumerate() {
+            let rough = block.vertices.rough & block.alive;
+            for lane in lanes_of(rough & block.throughput.is_not_zero().to_bitmask()) {
+                if block.samplers[lane].coin(k) < context.tried() {
+                    self.tries.push((at as u32, lane as u32));
+                }
+            }
+        }
+        for tries in self.tries.chunks(LANES) {
+            let mut request = Request::new([None; LANES], f32x8::ZERO);
+            let mut samplers = [Sampler::NONE; LANES];
+            for (to, &(at, lane)) in tries.iter().enumerate() {
+                let (block, from) = (&self.blocks[at as usize], lane as usize);
+                request.vertices.copy::<false>(to, &block.vertices, from);
+                request.throughput.set(to, block.throughput.lane(from));
+                request.index[to] = block.index[from];
+                samplers[to] = block.samplers[from];
+            }
+            manifold::draw([&samplers], k, &mut self.numbers);
+            let [u0, u1, u2, u3] = self.numbers[0];
+            let (from, lanes) = (request.vertices.position, first_lanes(tries.len()));
+            let light = scene.sample_lights::<false>(from, lanes, [u0, u1, u2]);
+            (request.ways, request.probability) =
+                manifold::by_mirrors(context, from, &light, lanes, u3);
+            request.ask(context, &mut self.walks, k, lanes);
+            if request.lanes != 0 {
+                self.requests.push(request);
+            }
+        }
+    }
+
+    /// Gathers light that has been found by chains, weighted by whether a walk finds it too.
+    fn walk_again(&mut self, context: Context) {
+        self.walks.clear();
+        for found in &mut self.found {
+            if let Some((chain, _)) = self.chains.get(found.chain) {
+                let (end, through) = found.way;
+                found.walk = self
+                    .walks
+                    .push(context.scene, chain.start, end.target, through);
+            }
+        }
+        self.walks.solve(context.scene, context.tracer);
+        for found in self.found.drain(..) {
+            let mut by_walk = 0.0;
+            if let (Some((chain, _)), Ok(link)) =
+                (self.chains.get(found.chain), self.walks.link(found.walk))
+                && chain.is(link)
+            {
+                let from = chain.start.position;
+                let mut ways = [None; LANES];
+                ways[0] = Some(found.way);
+                let way = manifold::probability(context, Vec3x8::splat(from), &ways).lane(0);
+                let by_bsdf = chain.pdf * link.probability * link.geometry;
+                by_walk = way * context.scene.light_density(&found.way.0, from) / by_bsdf;
+            }
+            self.gathered[found.index as usize] += found.light / (1.0 + by_walk);
+        }
+        for (sum, traced) in self.counts.rays.iter_mut().zip(&mut self.walks.traced) {
+            *sum += std::mem::take(traced);
+        }
+    }
+
     /// Samples the BSDF at x_k; paths that end are left out.
-    fn scatter<const DIFFUSE: bool>(&mut self, scene: &Scene, k: u32) {
+    fn scatter<const DIFFUSE: bool>(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
         self.bounce.clear();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
         bounce::draw::<DIFFUSE>(samplers, k, &mut self.numbers);
@@ -222,6 +430,17 @@ impl PlainPaths {
                 flight.rough = flight.rough & !(1 << to) | (rough >> lane & 1) << to;
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
+                if !DIFFUSE && context.walks {
+                    flight.chain[to] = if rough >> lane & 1 == 1 {
+                        let (wi, pdf) = (scattering.wi.lane(lane), scattering.pdf.as_array()[lane]);
+                        self.chains.begin(start(x, lane, k), wi, pdf, 0)
+                    } else if scattering.delta >> lane & 1 == 1 {
+                        let transmits = scattering.transmits >> lane & 1 == 1;
+                        self.chains.scatter(scene, block.chain[lane], transmits)
+                    } else {
+                        chain::NONE
+                    };
+                }
             }
         }
         // So many lanes there will be at the next vertices.
@@ -234,14 +453,9 @@ impl PlainPaths {
             .resize(self.len.div_ceil(LANES), PlainBlock::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
             let rays = first_lanes(self.len - at * LANES);
-            block.arrive::<true>(
-                context,
-                k,
-                &self.bounce.hits(at),
-                flight,
-                rays,
-                &mut self.gathered,
-            );
+            let hits = self.bounce.hits(at);
+            let arrival = block.arrive::<true>(context, k, &hits, flight, rays);
+            flight.reach_light(&arrival, arrival.ends, &mut self.gathered);
         }
         if self.blocks.iter().all(|block| block.alive == 0) {
             self.len = 0;
@@ -260,7 +474,30 @@ impl PlainPaths {
             of_lanes[..rays.len()].copy_from_slice(rays);
             let hits = self.bounce.gathered_hits(&of_lanes, lanes);
             let flight = PlainFlight::gather(&self.flights, &of_lanes, lanes);
-            block.arrive::<false>(context, k, &hits, &flight, lanes, &mut self.gathered);
+            let arrival = block.arrive::<false>(context, k, &hits, &flight, lanes);
+            let mut ends = arrival.ends;
+            if context.walks {
+                block.chain = flight.chain;
+                for lane in lanes_of(arrival.ends) {
+                    let chain = flight.chain[lane];
+                    if let Some((_, through)) = self.chains.get(chain)
+                        && let Some(end) = light_end(context.scene, &hits, lane)
+                    {
+                        ends &= !(1 << lane);
+                        self.found.push(Found {
+                            light: flight.throughput.lane(lane) * end.radiance,
+                            index: flight.index[lane],
+                            chain,
+                            way: (end, through),
+                            walk: 0,
+                        });
+                    }
+                }
+                let surfaces = (arrival.surfaces, block.vertices.rough);
+                self.chains
+                    .arrive(context.scene, &mut block.chain, &hits, surfaces);
+            }
+            flight.reach_light(&arrival, ends, &mut self.gathered);
         }
         // Behind those that go on there are only such that have ended.
         self.blocks
@@ -272,28 +509,20 @@ impl PlainPaths {
 impl PlainBlock {
     /// Where the paths of `flight` arrive whose rays are `rays`.
     #[inline(always)]
-    fn arrive<const DIFFUSE: bool>(
+    fn arrive<'a, const DIFFUSE: bool>(
         &mut self,
-        context: Context,
+        context: Context<'a>,
         k: u32,
         hits: &HitsX8,
         flight: &PlainFlight,
         rays: u32,
-        gathered: &mut [Vec3],
-    ) {
+    ) -> Arrival<'a> {
         let left = Left {
             from: flight.from,
             pdf: flight.pdf,
             rough: flight.rough,
         };
         let arrival = Arrival::new(context, k, hits, rays, left);
-        if arrival.ends != 0 {
-            let value = flight.throughput * arrival.radiance;
-            let light = value / (f32x8::ONE + arrival.by_light);
-            for lane in lanes_of(arrival.ends) {
-                gathered[flight.index[lane] as usize] += light.lane(lane);
-            }
-        }
         self.alive = arrival.surfaces;
         if self.alive != 0 {
             arrival.put::<DIFFUSE>(context.scene, hits, &mut self.vertices);
@@ -301,5 +530,6 @@ impl PlainBlock {
             self.samplers = flight.samplers;
             self.index = flight.index;
         }
+        arrival
     }
 }

@@ -32,11 +32,7 @@ pub fn replay<const N: usize>(
     (x, y): (u32, u32),
     sample: u64,
 ) -> Replay {
-    let context = Context {
-        scene,
-        tracer,
-        settings,
-    };
+    let context = Context::new(scene, tracer, settings);
     let tile = Tile {
         x,
         y,
@@ -151,6 +147,19 @@ impl Log {
                     }
                 }
             }
+            Step::Walked(k) => self.walked(context, paths, k),
+            Step::WalkedAgain(k) => {
+                if let ([flight], [block]) = (&base.flights[..], &base.blocks[..])
+                    && holds(flight.by_chain)
+                {
+                    self.walked(context, paths, k);
+                    if !holds(flight.walked) {
+                        let (base, _) = flight.complete::<false>(block);
+                        let what = "no walk finds this path, and it has no shifts";
+                        self.complete(what, &base, &[Shift::DEAD; N], weights);
+                    }
+                }
+            }
             Step::Followed(k) => {
                 if let ([flight], [block]) = (&base.flights[..], &base.blocks[..]) {
                     self.followed(scene, (flight, block), weights, k);
@@ -159,6 +168,17 @@ impl Log {
             Step::Arrived(k) => self.arrived(scene, base, k),
             Step::HandedOver(_) => self.handed_over(paths),
             Step::Plain(k) => self.plain(scene, paths, k),
+        }
+    }
+
+    /// Walks from x_k to light.
+    fn walked<const N: usize>(&mut self, context: Context, paths: &PathTracer<N>, k: u32) {
+        let weights = context.settings.weights;
+        for walked in paths.base.walked(context, LANE) {
+            self.say(0, format!("x{k}: {}", walked.text));
+            if let Some((base, shifts)) = walked.complete {
+                self.complete("what it brings", &base, &shifts, weights);
+            }
         }
     }
 
@@ -273,7 +293,7 @@ impl Log {
             let c = carried(&offset.carried);
             self.say(1, format!("{}: {how}, |T'| {jacobian:.6e}; {c}", name(j)));
         }
-        if holds(flight.ends) {
+        if holds(flight.ends & !flight.by_chain) {
             let (base, shifts) = flight.complete::<false>(block);
             self.complete("the light is reached", &base, &shifts, weights);
         }

@@ -6,6 +6,7 @@ use super::environment::SkySample;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::Material;
 use super::mesh::Mesh;
+use super::reflectors::Target;
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
 use crate::warp;
 use glam::Vec3;
@@ -73,6 +74,17 @@ pub struct LightSamplesX8 {
     triangle: [u32; LANES],
     /// A bit for each lane with a sample of the sky.
     pub sky: u32,
+}
+
+/// A point on a light, or a direction to the environment's map, however it was found.
+#[derive(Clone, Copy, Debug)]
+pub struct LightEnd {
+    /// Where it is.
+    pub target: Target,
+    /// Radiance from there.
+    pub radiance: Vec3,
+    /// Its triangle, if it is on one.
+    pub triangle: Option<u32>,
 }
 
 /// Probability of the environment where there are emitting triangles too. Which of them gives more light
@@ -230,6 +242,19 @@ impl Scene {
         }
     }
 
+    /// Density of light sampling at the point `from`: per area at the point on a light, or per solid angle.
+    #[inline]
+    pub fn light_density(&self, end: &LightEnd, from: Vec3) -> f32 {
+        match (end.triangle, end.target) {
+            (Some(triangle), _) => self.lights.density(triangle, from),
+            (None, Target::Direction(direction)) => {
+                let map = self.environment.map();
+                map.map_or(0.0, |map| self.lights.sky() * map.density(direction))
+            }
+            (None, Target::Point { .. }) => 0.0,
+        }
+    }
+
     // Not inlined: scenes with a few lamps shall not have it in their loops.
     #[inline(never)]
     fn sample_lights_among_many(&self, from: Vec3x8, lanes: u32, u: [f32x8; 3]) -> LightSamplesX8 {
@@ -276,6 +301,18 @@ impl Scene {
 }
 
 impl LightSamplesX8 {
+    /// In no lane.
+    pub const NONE: Self = Self {
+        position: Vec3x8::ZERO,
+        ng: Vec3x8::ZERO,
+        radiance: Vec3x8::ZERO,
+        density: f32x8::ONE,
+        offset: f32x8::ZERO,
+        holds: f32x8::ZERO,
+        triangle: [0; LANES],
+        sky: 0,
+    };
+
     /// Points on the triangles `chosen` with these probabilities, which may be inside their densities.
     #[inline(always)]
     fn new(chosen: &[&LightTriangle; LANES], probability: f32x8, u: [f32x8; 2]) -> Self {
@@ -304,6 +341,26 @@ impl LightSamplesX8 {
             self.density.set_lane(lane, sample.density * chosen);
             self.sky |= 1 << lane;
         }
+    }
+
+    /// The sample in a lane, if it holds.
+    pub fn lane(&self, lane: usize) -> Option<LightEnd> {
+        let is_sky = self.sky >> lane & 1 == 1;
+        let position = self.position.lane(lane);
+        let target = if is_sky {
+            Target::Direction(position)
+        } else {
+            Target::Point {
+                position,
+                ng: self.ng.lane(lane),
+                offset: self.offset.lane(lane),
+            }
+        };
+        (self.holds.to_bitmask() >> lane & 1 == 1).then(|| LightEnd {
+            target,
+            radiance: self.radiance.lane(lane),
+            triangle: (!is_sky).then_some(self.triangle[lane]),
+        })
     }
 
     /// The densities with which light sampling at other points has the samples, in `lanes`, over those that they have.

@@ -227,6 +227,42 @@ impl Mesh {
         points
     }
 
+    /// The unit normals of a triangle's corners; `None` where it is flat.
+    #[inline]
+    pub fn corner_normals(&self, triangle: u32) -> Option<[Vec3; 3]> {
+        match self.normal_triangles.get(triangle as usize) {
+            None | Some(&[NONE, ..]) => None,
+            Some(corners) => Some(corners.map(|i| self.normals[i as usize])),
+        }
+    }
+
+    /// How the shading normal at a point of a triangle changes where the point moves by each of `steps` in the
+    /// triangle's plane.
+    pub fn normal_change(&self, triangle: u32, [u, v]: [f32; 2], steps: [Vec3; 2]) -> [Vec3; 2] {
+        let Some([na, nb, nc]) = self.corner_normals(triangle) else {
+            return [Vec3::ZERO; 2];
+        };
+        let [a, b, c] = self.corners(triangle);
+        let (e1, e2) = (b - a, c - a);
+        let sum = na * (1.0 - u - v) + nb * u + nc * v;
+        let per_length = sum.length_recip();
+        let ns = sum * per_length;
+        let steep = ns.dot(unit_normal(e1, e2)) > SHALLOWEST;
+        if !steep {
+            // Shaded as flat.
+            return [Vec3::ZERO; 2];
+        }
+        let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
+        let determinant = d11 * d22 - d12 * d12;
+        steps.map(|step| {
+            let (s1, s2) = (e1.dot(step), e2.dot(step));
+            let du = (s1 * d22 - s2 * d12) / determinant;
+            let dv = (s2 * d11 - s1 * d12) / determinant;
+            let change = ((nb - na) * du + (nc - na) * dv) * per_length;
+            change - ns * ns.dot(change)
+        })
+    }
+
     /// Texture coordinates of a triangle's corners; `None` where it has none.
     #[inline]
     pub fn corner_texcoords(&self, triangle: u32) -> Option<[Vec2; 3]> {

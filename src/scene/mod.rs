@@ -14,6 +14,7 @@ pub mod mesh;
 mod passage;
 mod place;
 mod ranges;
+pub mod reflectors;
 pub mod remarks;
 mod sheets;
 mod sky;
@@ -40,6 +41,7 @@ use glam::Vec3;
 use light::Lights;
 use material::{Class, Material};
 use mesh::Mesh;
+use reflectors::Reflectors;
 use remarks::Remarks;
 use std::path::Path;
 use std::sync::Arc;
@@ -55,6 +57,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// What is sampled as a light.
     pub lights: Lights,
+    /// What sends light on in single directions.
+    pub reflectors: Reflectors,
     /// Radiance that arrives from every direction in which there is nothing.
     pub environment: Environment,
     /// What the camera sees there.
@@ -143,10 +147,12 @@ impl Scene {
             surroundings::build(&settings.environment, &camera, has_lamps, warnings)?;
         let lights = Lights::new(&mesh, &materials, environment.map().is_some());
         let is_diffuse = lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
+        let reflectors = Reflectors::new(&mesh, &materials);
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
             lights,
+            reflectors,
             environment,
             background,
             camera,

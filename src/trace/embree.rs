@@ -204,6 +204,7 @@ const WAYS: [Way; RayKind::ALL.len()] = [
     Way::PACKET8,
     Way::PACKET8,
     Way::PACKET8,
+    Way::PACKET8,
 ];
 
 const fn way(width: Width, coherent: bool) -> Way {

@@ -30,16 +30,19 @@ pub enum RayKind {
     Reconnection,
     /// Offset paths that follow a copied half vector: closest hit.
     Continuation,
+    /// Walks through mirrors and glass to a light: closest hit, incoherent.
+    Walk,
 }
 
 impl RayKind {
     /// All kinds, in the order of [`RayKind::index`].
-    pub const ALL: [RayKind; 5] = [
+    pub const ALL: [RayKind; 6] = [
         RayKind::Primary,
         RayKind::Bounce,
         RayKind::Shadow,
         RayKind::Reconnection,
         RayKind::Continuation,
+        RayKind::Walk,
     ];
 
     /// A number for tables of counts.
@@ -56,6 +59,7 @@ impl RayKind {
             "shadow",
             "reconnection",
             "continuation",
+            "walk",
         ][self.index()]
     }
 
@@ -64,7 +68,7 @@ impl RayKind {
     pub fn wants_closest(self) -> bool {
         matches!(
             self,
-            RayKind::Primary | RayKind::Bounce | RayKind::Continuation
+            RayKind::Primary | RayKind::Bounce | RayKind::Continuation | RayKind::Walk
         )
     }
 }

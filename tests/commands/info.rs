@@ -111,7 +111,8 @@ fn what_is_told_is_what_is_rendered() {
         "  wood: Lambert texture of 4x2, 1 triangles, area 1.0000",
         "  pane: thin glass 1.5",
         "  2 materials that no triangle has",
-        "kernels: Lambert, smooth panes, reconnection",
+        "kernels: Lambert, smooth panes, walks to lights by mirrors and glass, reconnection",
+        "reflectors, by which walks lead to lights: 1 flat of pane",
         " MB for the picture, 1.0 MB of them its film, and about 0.",
     ] {
         assert!(text.contains(line), "{line}: {text}");

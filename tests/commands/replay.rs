@@ -5,7 +5,7 @@ use assert_cmd::Command;
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::replay::replay;
-use gdpt::path::{PathSettings, PathTracer, Tile};
+use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
 use gdpt::sampler::{self, Points};
 use gdpt::sums::TileSums;
 
@@ -23,6 +23,7 @@ fn a_replayed_sample_has_the_bits_of_the_render() {
                 points: Points::Sobol,
                 weights,
                 filter: Filter::Box,
+                manifold: Manifold::Auto,
             };
             let tile = Tile {
                 x: 0,

@@ -6,7 +6,7 @@ use gdpt::film::{Film, Halves};
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::load::sidecar::CameraTable;
-use gdpt::path::PathSettings;
+use gdpt::path::{Manifold, PathSettings};
 use gdpt::render::{Job, Limits, Method};
 use gdpt::sampler::Points;
 use gdpt::scene::SceneSettings;
@@ -147,6 +147,7 @@ fn an_edge_is_blurred_by_the_filter() {
                 points: Points::Sobol,
                 weights: Weights::Mis,
                 filter,
+                manifold: Manifold::Auto,
             },
             limits: Limits {
                 samples: 8192,

@@ -8,7 +8,7 @@ use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
 use gdpt::load::{mtl::MtlMaterial, obj, obj::ObjFile, sidecar};
-use gdpt::path::{Counts, PathSettings};
+use gdpt::path::{Counts, Manifold, PathSettings};
 use gdpt::render::{Job, Limits, Method};
 use gdpt::sampler::{Points, mix};
 use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
@@ -18,8 +18,9 @@ use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use std::path::Path;
 
-pub const SCENES: [&str; 8] = [
-    "cornell", "glossy", "mirrors", "ajar", "caustic", "corner", "furnace", "still",
+pub const SCENES: [&str; 10] = [
+    "cornell", "glossy", "mirrors", "ajar", "caustic", "corner", "furnace", "still", "pane",
+    "rings",
 ];
 
 /// A shipped scene at another size.
@@ -98,6 +99,7 @@ pub struct Render {
     pub depth: u32,
     pub tile_size: u32,
     pub filter: Filter,
+    pub manifold: Manifold,
 }
 
 impl Default for Render {
@@ -111,6 +113,7 @@ impl Default for Render {
             depth: 12,
             tile_size: 32,
             filter: Filter::Box,
+            manifold: Manifold::Auto,
         }
     }
 }
@@ -134,6 +137,7 @@ impl Render {
                 points: self.points,
                 weights: self.weights,
                 filter: self.filter,
+                manifold: self.manifold,
             },
             limits: Limits {
                 samples: self.spp,

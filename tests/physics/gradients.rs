@@ -10,6 +10,7 @@ use gdpt::gradient::Weights;
 use gdpt::image::Image;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::{self, CameraTable};
+use gdpt::path::Manifold;
 use gdpt::reconstruct::{Problem, l2};
 use gdpt::render::Method;
 use gdpt::scene::Scene;
@@ -48,10 +49,11 @@ fn accumulate(means: &mut Vec<Mean>, images: &[&Image]) {
     means.iter_mut().zip(values).for_each(|(m, v)| m.add(v));
 }
 
-/// dx, dy and picture by path tracing.
+/// dx, dy and picture by path tracing, by light and BSDF sampling alone.
 fn reference(scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
     let render = Render {
         spp: 64,
+        manifold: Manifold::Off,
         ..Render::default()
     };
     reference_of(render, scene, tracer)
@@ -148,8 +150,29 @@ macro_rules! scenes {
 }
 
 scenes!(
-    cornell, glossy, mirrors, ajar, caustic, corner, furnace, still
+    cornell, glossy, mirrors, pane, rings, ajar, caustic, corner, furnace, still
 );
+
+/// With walks at every vertex, by path tracing and with gradients.
+#[test]
+fn walks_everywhere() {
+    for name in ["mirrors", "rings"] {
+        let scene = shipped(name, SIZE, SIZE);
+        let tracer = tracer(&scene);
+        let reference = reference(&scene, &*tracer);
+        let always = Render {
+            manifold: Manifold::Always,
+            ..Render::default()
+        };
+        check_render(name, always, &scene, &*tracer, &reference);
+        let mut walked = reference_of(always, &scene, &*tracer);
+        let limit = largest_z(walked.len(), SEEDS as usize, SIGNIFICANCE);
+        for (a, b) in walked.drain(..).zip(&reference) {
+            let z = (a.mean() - b.mean()) / (a.variance() + b.variance()).sqrt().max(1e-6);
+            assert!(z.abs() < limit, "{name}: {} against {}", a.mean(), b.mean());
+        }
+    }
+}
 
 /// Through a lens, with the camera close to what is not in focus.
 #[test]

@@ -7,6 +7,7 @@ mod closed_form;
 mod common;
 mod gradients;
 mod lanes;
+mod manifold;
 mod materials;
 mod mitsuba;
 mod shift;

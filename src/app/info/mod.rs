@@ -10,6 +10,7 @@ use crate::output::{check_outputs, print_beside, write_json};
 use crate::scene::Scene;
 use crate::scene::environment::{Environment, MapKind};
 use crate::scene::material::{Class, Material};
+use crate::scene::reflectors::Form;
 use crate::scene::texture::Texture;
 use glam::Vec3;
 use serde::Serialize;
@@ -42,6 +43,10 @@ struct Info {
     materials: Vec<MaterialInfo>,
     /// Names of the others.
     unused_materials: Vec<String>,
+    /// What sends light on in single directions, for walks to lights.
+    reflectors: Vec<ReflectorInfo>,
+    /// Why there are no walks although there are such surfaces.
+    no_walks: Option<String>,
     /// Emitting triangles.
     lights: usize,
     /// Triangles with holes.
@@ -66,6 +71,14 @@ struct MaterialInfo {
     area: f64,
     /// Power of a light, the mean over the channels: π times area and radiance.
     power: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ReflectorInfo {
+    material: String,
+    form: &'static str,
+    triangles: u32,
+    area: f32,
 }
 
 #[derive(Serialize)]
@@ -138,6 +151,8 @@ fn of_scene(path: &Path, args: &InfoArgs) -> Result<Info> {
         environment: environment(&scene.environment),
         materials,
         unused_materials,
+        reflectors: reflectors(&scene),
+        no_walks: scene.reflectors.hindrance().map(str::to_owned),
         lights: scene.lights.len(),
         cutouts: cutouts(&scene),
         textures: textures(&scene),
@@ -178,6 +193,20 @@ fn materials(scene: &Scene) -> (Vec<MaterialInfo>, Vec<String>) {
             }),
         });
     (used.collect(), unused)
+}
+
+fn reflectors(scene: &Scene) -> Vec<ReflectorInfo> {
+    let list = scene.reflectors.list().iter();
+    let info = list.map(|r| ReflectorInfo {
+        material: scene.materials[r.material as usize].name.clone(),
+        form: match r.form {
+            Form::Plane(_) => "flat",
+            Form::Curved(_) => "curved",
+        },
+        triangles: r.triangles,
+        area: r.area,
+    });
+    info.collect()
 }
 
 fn cutouts(scene: &Scene) -> usize {
@@ -243,6 +272,9 @@ fn kernels(scene: &Scene) -> Vec<String> {
             Bsdf::Plastic { .. } => "plastic",
         };
         need(kind.to_owned());
+    }
+    if !scene.reflectors.is_empty() && !scene.lights.is_empty() {
+        need("walks to lights by mirrors and glass".to_owned());
     }
     need("reconnection".to_owned());
     let copies = |m: &Material| {

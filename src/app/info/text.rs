@@ -55,6 +55,25 @@ pub(super) fn of(info: &Info) -> String {
     if info.cutouts > 0 {
         text += &format!("  {} triangles with holes\n", info.cutouts);
     }
+    let mut kinds: Vec<(String, usize)> = Vec::new();
+    for r in &info.reflectors {
+        let kind = format!("{} of {}", r.form, r.material);
+        match kinds.iter_mut().find(|(k, _)| *k == kind) {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((kind, 1)),
+        }
+    }
+    if !kinds.is_empty() {
+        let kinds = kinds.iter().map(|(kind, count)| format!("{count} {kind}"));
+        let kinds: Vec<String> = kinds.collect();
+        text += &format!(
+            "reflectors, by which walks lead to lights: {}\n",
+            kinds.join(", ")
+        );
+    }
+    if let Some(why) = &info.no_walks {
+        text += &format!("no walks lead to lights by mirrors and glass: {why}\n");
+    }
     let film = BYTES_PER_PIXEL * info.width as usize * info.height as usize;
     text += &format!(
         "kernels: {}\n\

@@ -344,6 +344,7 @@ fn path_settings(args: &RenderArgs) -> PathSettings {
         points: args.sampler,
         weights: args.weights,
         filter: args.filter,
+        manifold: args.manifold,
     }
 }
 
@@ -414,6 +415,7 @@ fn settings(args: &RenderArgs) -> BTreeMap<&'static str, String> {
     map.insert("seed", args.seed.to_string());
     map.insert("roughness_threshold", args.roughness_threshold.to_string());
     map.insert("filter", lower(&args.filter));
+    map.insert("manifold", lower(&args.manifold));
     map.insert("backend", args.backend.name().to_owned());
     map
 }

@@ -11,6 +11,7 @@ use gdpt::load::map::MapStatement;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::load::sidecar::CameraTable;
+use gdpt::path::Manifold;
 use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::material::{Class, Material};
@@ -61,6 +62,7 @@ pub fn mixed(seed: u64) -> (Scene, Render) {
             Filter::Gaussian,
             Filter::Mitchell,
         ]),
+        manifold: Manifold::Off,
     };
     (scene, render)
 }

@@ -12,7 +12,7 @@ use gdpt::load::bitmap::{Bitmap, Texels};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::load::sidecar::CameraTable;
-use gdpt::path::Counts;
+use gdpt::path::{Counts, Manifold};
 use gdpt::render::Method;
 use gdpt::sampler::Points;
 use gdpt::scene::framing::Framing;
@@ -252,6 +252,7 @@ fn any_diffuse_scene_has_the_bits_of_the_general_code() {
                     depth,
                     tile_size,
                     filter: Filter::Tent,
+                    manifold: Manifold::Auto,
                 };
                 let counts = compare(scene(&mixture, size), &render);
                 total.borrow_mut().add(&counts);

@@ -200,7 +200,7 @@ pub fn examine(scene: &Scene) -> Figures {
 /// (d) The largest sample of a difference over the largest of the primal.
 fn largest_sample(scene: &Scene, tracer: &dyn Traverse) -> f64 {
     use gdpt::gradient::Weights;
-    use gdpt::path::{PathSettings, PathTracer, Tile};
+    use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
     use gdpt::sums::TileSums;
     let tile = Tile {
         x: 0,
@@ -214,6 +214,7 @@ fn largest_sample(scene: &Scene, tracer: &dyn Traverse) -> f64 {
         points: gdpt::sampler::Points::Independent,
         weights: Weights::Mis,
         filter: Filter::Box,
+        manifold: Manifold::Auto,
     };
     let mut paths = PathTracer::<4>::default();
     let mut sums = TileSums::default();

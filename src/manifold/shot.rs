@@ -1,0 +1,195 @@
+//! A ray through mirrors and glass, with its derivatives by the direction in which it left (Igehy 1999).
+
+use super::{Failure, Start};
+use crate::bsdf::{Bsdf, Lobe, fresnel};
+use crate::geometry::offset_origin;
+use crate::lanes::Vector;
+use crate::scene::Scene;
+use crate::scene::reflectors::Target;
+use crate::trace::rays::{Hit, Ray};
+use crate::vertex::{ROULETTE_FROM, Vertex};
+use glam::Vec3;
+
+/// A ray on its way from the vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shot {
+    /// Its direction at the vertex, and the tangents along which it is turned.
+    pub(super) wi: Vec3,
+    pub(super) tangents: [Vec3; 2],
+    /// Where it is, and where it goes on.
+    pub(super) position: Vec3,
+    pub(super) ng: Vec3,
+    pub(super) offset: f32,
+    pub(super) direction: Vec3,
+    /// How these change along the tangents.
+    pub(super) moved: [Vec3; 2],
+    pub(super) turned: [Vec3; 2],
+    pub(super) factor: Vec3,
+    pub(super) probability: f32,
+    pub(super) vertices: u32,
+}
+
+impl Shot {
+    pub(super) fn new(start: &Start, wi: Vec3) -> Self {
+        let (a, b) = wi.any_orthonormal_pair();
+        Self {
+            wi,
+            tangents: [a, b],
+            position: start.position,
+            ng: start.ng,
+            offset: start.offset,
+            direction: wi,
+            moved: [Vec3::ZERO; 2],
+            turned: [a, b],
+            factor: Vec3::ONE,
+            probability: 1.0,
+            vertices: 0,
+        }
+    }
+
+    pub(super) fn ray(&self) -> Ray {
+        Ray::without_end(
+            origin(self.position, self.ng, self.offset, self.direction),
+            self.direction,
+        )
+    }
+
+    /// The ray of the last segment.
+    pub(super) fn last(&self, target: &Target) -> Ray {
+        match *target {
+            Target::Direction(direction) => Ray::without_end(
+                origin(self.position, self.ng, self.offset, direction),
+                direction,
+            ),
+            Target::Point {
+                position,
+                ng,
+                offset,
+            } => {
+                let towards = position - self.position;
+                let from = origin(self.position, self.ng, self.offset, towards);
+                let to = origin(position, ng, offset, -towards);
+                Ray {
+                    origin: from,
+                    direction: to - from,
+                    length: 1.0,
+                }
+            }
+        }
+    }
+
+    /// Goes on from `hit`, where the surface is `vertex`, in its single direction: reflected, or passing.
+    pub(super) fn scatter(
+        &mut self,
+        scene: &Scene,
+        hit: &Hit,
+        vertex: &Vertex,
+        lobe: Lobe,
+        k: u32,
+    ) -> Result<(), Failure> {
+        let (wo, d) = (vertex.wo, self.direction);
+        // As seen from `wo`, see `VerticesX8`.
+        let (by_ng, by_ns) = (vertex.ng.dot(wo), vertex.ns.dot(wo));
+        let smooth = (by_ns > 0.0) == (by_ng > 0.0);
+        let (normal, cos_o) = if smooth {
+            (vertex.ns, by_ns)
+        } else {
+            (vertex.ng, by_ng)
+        };
+        let seen = by_ng * cos_o > 0.0;
+        if !seen {
+            return Err(Failure::Missed);
+        }
+        let bsdf = vertex.bsdf(scene);
+        let local = Vec3::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
+        let Some(eval) = bsdf.eval_delta(local, lobe) else {
+            return Err(Failure::Reflected);
+        };
+
+        // Where the ray meets the plane of the triangle when it is turned, and how the normal changes there.
+        let per_cos = 1.0 / d.dot(vertex.ng);
+        let distance = hit.t;
+        let moved = [0, 1].map(|i| {
+            let there = self.moved[i] + self.turned[i] * distance;
+            there - d * (vertex.ng.dot(there) * per_cos)
+        });
+        let bent = if smooth {
+            scene
+                .mesh
+                .normal_change(hit.triangle, [hit.u, hit.v], moved)
+        } else {
+            [Vec3::ZERO; 2]
+        };
+
+        // The direction, and how it changes. The normal on the side of `wo`.
+        let side = 1f32.copysign(cos_o);
+        let (n, bent) = (normal * side, bent.map(|b| b * side));
+        let cos = cos_o.abs();
+        // Derivatives of cos = -d·n.
+        let cos_change = |i: usize| -(self.turned[i].dot(n) + d.dot(bent[i]));
+        let (direction, turned) = match (lobe, &bsdf) {
+            (Lobe::Transmission, Bsdf::Thin { .. }) => (d, self.turned),
+            (Lobe::Transmission, _) => {
+                let index = 1.0 / fresnel::relative_index(bsdf.ior(), Vector::<f32>::from(local));
+                let squared = 1.0 - index * index * (1.0 - cos * cos);
+                let bends = squared > 0.0;
+                if !bends {
+                    return Err(Failure::Reflected);
+                }
+                let cos_t = squared.sqrt();
+                let along = index * cos - cos_t;
+                let turned = [0, 1].map(|i| {
+                    let along_change = (index - index * index * cos / cos_t) * cos_change(i);
+                    self.turned[i] * index + bent[i] * along + n * along_change
+                });
+                (d * index + n * along, turned)
+            }
+            (Lobe::Reflection, _) => {
+                let turned =
+                    [0, 1].map(|i| self.turned[i] + (bent[i] * cos + n * cos_change(i)) * 2.0);
+                (d + n * (2.0 * cos), turned)
+            }
+        };
+        let direction = direction.normalize();
+        let cos_i = normal.dot(direction);
+        let on_side = if lobe == Lobe::Reflection {
+            cos_i * cos_o > 0.0
+        } else {
+            cos_i * cos_o < 0.0
+        };
+        if !(on_side && vertex.ng.dot(direction) * cos_i > 0.0) {
+            return Err(Failure::Missed);
+        }
+        self.vertices += 1;
+        let survival = if k + self.vertices < ROULETTE_FROM {
+            1.0
+        } else {
+            vertex.survival(scene)
+        };
+        self.factor *= eval.value;
+        self.probability *= eval.pdf * survival;
+        self.position = vertex.position;
+        self.ng = vertex.ng;
+        self.offset = vertex.offset;
+        (self.direction, self.moved, self.turned) = (direction, moved, turned);
+        Ok(())
+    }
+}
+
+fn origin(p: Vec3, ng: Vec3, distance: f32, towards: Vec3) -> Vec3 {
+    offset_origin::<f32>(p.into(), ng.into(), distance, towards.into()).into()
+}
+
+impl Target {
+    /// The unit direction to it from `p`, and the distance.
+    pub(super) fn from(&self, p: Vec3) -> (Vec3, f32) {
+        match *self {
+            Target::Point { position, .. } => {
+                let way = position - p;
+                let distance = way.length();
+                (way / distance, distance)
+            }
+            Target::Direction(direction) => (direction, f32::INFINITY),
+        }
+    }
+}

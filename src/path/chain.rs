@@ -1,0 +1,187 @@
+//! What lies between a path's last rough vertex and where it is now, as long as these are single directions: should
+//! it end on a light, this says how a walk would have found it.
+
+use crate::lanes::{LANES, lanes_of};
+use crate::manifold::{Link, Start, Through};
+use crate::scene::Scene;
+use crate::scene::reflectors::Sequence;
+use crate::trace::rays::HitsX8;
+use crate::vertex::ScatteringX8;
+use glam::Vec3;
+
+/// In place of the number of a chain: none.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A chain so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chain {
+    /// The rough vertex x_r.
+    pub(super) start: Start,
+    /// Unit direction in which it was left.
+    pub(super) wi: Vec3,
+    /// Density of that direction, roulette included.
+    pub(super) pdf: f32,
+    /// What else is known of x_r: a number for whoever began the chain.
+    pub(super) note: u32,
+    /// By what it has gone, once it has scattered.
+    through: Option<Through>,
+    /// The reflector at which it is.
+    reflector: Option<u32>,
+}
+
+/// The chains of the paths of a tile.
+#[derive(Debug, Default)]
+pub(super) struct Chains {
+    list: Vec<Chain>,
+}
+
+impl Chain {
+    /// Whether a walk has found this chain.
+    pub(super) fn is(&self, link: &Link) -> bool {
+        // Other chains by the same way are far off, or as good as this.
+        link.free && link.wi.distance_squared(self.wi) < NEAR * NEAR
+    }
+}
+
+/// Chains are the same whose first directions differ by no more than this.
+const NEAR: f32 = 2e-3;
+
+impl Chains {
+    /// Forgets all chains.
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+    }
+
+    /// Begins a chain.
+    pub(super) fn begin(&mut self, start: Start, wi: Vec3, pdf: f32, note: u32) -> u32 {
+        self.list.push(Chain {
+            start,
+            wi,
+            pdf,
+            note,
+            through: None,
+            reflector: None,
+        });
+        (self.list.len() - 1) as u32
+    }
+
+    /// The chain `at`, if it has scattered.
+    pub(super) fn get(&self, at: u32) -> Option<(&Chain, Through)> {
+        let chain = self.list.get(at as usize)?;
+        Some((chain, chain.through?))
+    }
+
+    /// Goes on from where the chain is, in a single direction; the chain then, if a walk could find it.
+    pub(super) fn scatter(&mut self, scene: &Scene, at: u32, transmits: bool) -> u32 {
+        let Some(chain) = self.list.get_mut(at as usize) else {
+            return NONE;
+        };
+        let curved = |r: u32| scene.reflectors.is_curved(r);
+        chain.through = match (chain.through, chain.reflector, transmits) {
+            (None | Some(Through::Passage), Some(r), true) if !curved(r) => Some(Through::Passage),
+            (None, Some(reflector), false) => Some(Through::Mirrors(Sequence::of(reflector))),
+            (Some(Through::Mirrors(so_far)), Some(reflector), false) => match so_far.and(reflector)
+            {
+                Some(by) => Some(Through::Mirrors(by)),
+                None => return NONE,
+            },
+            _ => return NONE,
+        };
+        at
+    }
+
+    /// [`Chains::scatter`] in the lanes `alive`; elsewhere there are no more chains.
+    pub(super) fn scatter_all(
+        &mut self,
+        scene: &Scene,
+        at: &mut [u32; LANES],
+        scattering: &ScatteringX8,
+        alive: u32,
+    ) {
+        for (lane, at) in at.iter_mut().enumerate() {
+            let single = alive & scattering.delta;
+            *at = if *at != NONE && single >> lane & 1 == 1 {
+                self.scatter(scene, *at, scattering.transmits >> lane & 1 == 1)
+            } else {
+                NONE
+            };
+        }
+    }
+
+    /// Moves the chains `at` in the lanes `rays` to what they have hit. They end at the surfaces `surfaces` that are
+    /// rough or spread light.
+    pub(super) fn arrive(
+        &mut self,
+        scene: &Scene,
+        at: &mut [u32; LANES],
+        hits: &HitsX8,
+        (surfaces, rough): (u32, u32),
+    ) {
+        for lane in lanes_of(surfaces) {
+            if at[lane] == NONE {
+                continue;
+            }
+            let reflector = scene.reflectors.of(hits.triangle[lane]);
+            if rough >> lane & 1 == 1 || reflector.is_none() {
+                at[lane] = NONE;
+            } else {
+                self.list[at[lane] as usize].reflector = reflector;
+            }
+        }
+    }
+}
+
+/// Of paths that have done nothing but pass since their last rough vertices: which have met what is curved. Those that
+/// have not are a walk's, with the walk's shift; the others copy half vectors. A copy must be of its base path's kind,
+/// or the shift could not be undone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passages<const N: usize> {
+    /// The lanes of base paths that have done nothing but pass.
+    passing: u32,
+    /// The lanes in which something is curved.
+    curved: u32,
+    /// The same of the offset paths.
+    offsets: [u32; N],
+}
+
+impl<const N: usize> Passages<N> {
+    pub(super) const NONE: Self = Self {
+        passing: 0,
+        curved: 0,
+        offsets: [0; N],
+    };
+
+    /// The base paths have scattered: those that `begin` leave rough vertices, those that `pass` go on as before.
+    pub(super) fn scatter(&mut self, begin: u32, pass: u32) {
+        self.passing = begin | self.passing & pass;
+        self.curved &= !begin;
+        self.offsets.iter_mut().for_each(|bits| *bits &= !begin);
+    }
+
+    /// The base paths have arrived at `surfaces`.
+    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32) {
+        self.curved |= curved(scene, hits, surfaces & self.passing);
+    }
+
+    /// The offset paths `j` have arrived at `surfaces`.
+    pub(super) fn arrive_own(&mut self, scene: &Scene, j: usize, hits: &HitsX8, surfaces: u32) {
+        self.offsets[j] |= curved(scene, hits, surfaces & self.passing);
+    }
+
+    /// The lanes in which an offset path `j` has done nothing but pass through what is flat, and its base path has
+    /// not.
+    pub(super) fn flat_alone(&self, j: usize) -> u32 {
+        self.passing & self.curved & !self.offsets[j]
+    }
+}
+
+/// The lanes of `surfaces` in which these are curved reflectors.
+fn curved(scene: &Scene, hits: &HitsX8, surfaces: u32) -> u32 {
+    let is_curved = |lane: &usize| {
+        let reflector = scene.reflectors.of(hits.triangle[*lane]);
+        reflector.is_some_and(|r| scene.reflectors.is_curved(r))
+    };
+    lanes_of(surfaces)
+        .filter(is_curved)
+        .fold(0, |bits, lane| bits | 1 << lane)
+}

@@ -1,0 +1,564 @@
+//! Light through mirrors and glass: at every rough vertex a walk to a point on a light, as a third technique beside
+//! light and BSDF sampling, and as the shift of the paths that it can make.
+//!
+//! Of a path x_r, chain, L the measure is that of L: area, or solid angle of the environment. In it, with 𝒢 the solid
+//! angle at x_r over it, BSDF sampling has the density p_ω Π P(lobe) 𝒢, the walk p_L P(σ): that of the point, times
+//! the probability of trying this way. By the balance heuristic a path adds f/Σp, and to a difference
+//! (f(y)|T'| - f(x))/Σ(p(x) + p(y)|T'|), whichever technique has made it: so both are treated alike, and what BSDF
+//! sampling has found goes through the same code once a walk has found it too. The shift keeps L and σ: |T'| = 1.
+
+use super::Context;
+use super::base::{BasePaths, Block};
+use super::chain::NONE;
+use crate::gradient::{Base, Shift};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
+use crate::manifold::{Start, Through, Walks};
+use crate::sampler::{self, Dimension, Sampler};
+use crate::scene::Scene;
+use crate::scene::light::{LightEnd, LightSamplesX8};
+use crate::scene::reflectors::{Choice, Target, Targets};
+use crate::shift::{Death, OffsetsX8};
+use crate::trace::rays::HitsX8;
+use crate::vertex::{End, VerticesX8};
+use wide::f32x8;
+
+/// The numbers for light sampling through mirrors at x_k.
+pub(super) fn draw<'a>(
+    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
+    k: u32,
+    numbers: &mut Vec<[f32x8; 4]>,
+) {
+    sampler::draw_blocks(samplers, Dimension::Mirrored(k), [0, 1, 2, 3], numbers);
+}
+
+/// Where a walk from the vertex in a lane, x_k, begins.
+pub(super) fn start(vertices: &VerticesX8, lane: usize, k: u32) -> Start {
+    Start {
+        position: vertices.position.lane(lane),
+        ng: vertices.ng.lane(lane),
+        offset: vertices.offset.lane(lane),
+        k,
+    }
+}
+
+/// A walk to be made from a vertex in a lane: to where, and by what.
+pub(super) type Way = (LightEnd, Through);
+
+/// Ways to samples of light by mirrors from the vertices in `lanes`, where they are tried, and the probabilities
+/// P(σ) of that; with `u` in [0, 1).
+pub(super) fn by_mirrors(
+    context: Context,
+    from: Vec3x8,
+    light: &LightSamplesX8,
+    lanes: u32,
+    u: f32x8,
+) -> ([Option<Way>; LANES], f32x8) {
+    let lanes = lanes & light.holds.to_bitmask();
+    let targets = Targets {
+        place: light.position,
+        distant: mask_of(light.sky),
+    };
+    let reflectors = &context.scene.reflectors;
+    let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
+    let probability = probability * f32x8::splat(context.tried());
+    let way = |lane: usize| Some((light.lane(lane)?, Through::Mirrors(by[lane]?)));
+    (std::array::from_fn(way), probability)
+}
+
+/// The probabilities P(σ) of trying these ways from the points `from`.
+pub(super) fn probability(context: Context, from: Vec3x8, ways: &[Option<Way>; LANES]) -> f32x8 {
+    let mirrors = ways.map(|way| match way {
+        Some((_, Through::Mirrors(by))) => Some(by),
+        _ => None,
+    });
+    let mut probability = f32x8::ONE;
+    if mirrors.iter().any(Option::is_some) {
+        let targets = Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
+        let reflectors = &context.scene.reflectors;
+        let by_mirrors = reflectors.probability(&mirrors, from, &targets, context.always());
+        let lanes = (0..LANES).fold(0, |bits, lane| {
+            bits | u32::from(mirrors[lane].is_some()) << lane
+        });
+        let by_mirrors = by_mirrors * f32x8::splat(context.tried());
+        probability = mask_of(lanes).select(by_mirrors, probability);
+    }
+    probability
+}
+
+/// The light that the ray in a lane has met, if light sampling could have chosen it.
+pub(super) fn light_end(scene: &Scene, hits: &HitsX8, lane: usize) -> Option<LightEnd> {
+    match End::in_lane(scene, hits, lane) {
+        End::Light(light) => Some(LightEnd {
+            target: Target::Point {
+                position: light.position,
+                ng: light.ng,
+                offset: light.offset,
+            },
+            radiance: light.radiance,
+            triangle: Some(light.triangle),
+        }),
+        End::Environment(direction) => scene.environment.map().map(|_| LightEnd {
+            target: Target::Direction(direction),
+            radiance: scene.environment.radiance(direction),
+            triangle: None,
+        }),
+        End::Surface(_) => None,
+    }
+}
+
+/// The chains of eight vertices to light, in lanes.
+pub(super) struct LinksX8 {
+    /// Unit directions at the vertices.
+    pub(super) wi: Vec3x8,
+    /// What arrives per measure of the end: radiance, coefficients and 𝒢.
+    pub(super) arriving: Vec3x8,
+    /// The probabilities of the lobes, and 𝒢.
+    pub(super) per_pdf: f32x8,
+    /// The densities p_L P(σ).
+    pub(super) by_walk: f32x8,
+    /// The lanes with a chain that is no longer than paths may be.
+    pub(super) holds: u32,
+    /// Of these the lanes whose last segment is free.
+    pub(super) free: u32,
+}
+
+impl LinksX8 {
+    /// What has become of `walks` in `lanes`, from the vertices `from`, which are x_k; `probability` is that of the
+    /// ways, P(σ).
+    pub(super) fn new(
+        context: Context,
+        solved: &Walks,
+        (from, k): (&VerticesX8, u32),
+        walks: &[u32; LANES],
+        (ways, probability): (&[Option<Way>; LANES], f32x8),
+        lanes: u32,
+    ) -> Self {
+        let mut links = Self {
+            wi: Vec3x8::ZERO,
+            arriving: Vec3x8::ZERO,
+            per_pdf: f32x8::ZERO,
+            by_walk: f32x8::ZERO,
+            holds: 0,
+            free: 0,
+        };
+        for lane in lanes_of(lanes) {
+            let (Ok(link), Some((end, _))) = (solved.link(walks[lane]), &ways[lane]) else {
+                continue;
+            };
+            if k + link.vertices + 1 > context.settings.depth {
+                continue;
+            }
+            links.wi.set(lane, link.wi);
+            links
+                .arriving
+                .set(lane, end.radiance * link.factor * link.geometry);
+            links
+                .per_pdf
+                .set_lane(lane, link.probability * link.geometry);
+            let by_light = context.scene.light_density(end, from.position.lane(lane));
+            links.by_walk.set_lane(lane, by_light);
+            links.holds |= 1 << lane;
+            links.free |= u32::from(link.free) << lane;
+        }
+        links.by_walk *= probability;
+        links
+    }
+}
+
+/// Walks from the vertices of a block and of its offset paths.
+#[derive(Clone)]
+pub(super) struct Request<const N: usize> {
+    /// The live block that gathers.
+    index: u32,
+    /// Where the vertices are: in the block, or with those that have been kept.
+    kept: Option<u32>,
+    k: u32,
+    lanes: u32,
+    ways: [Option<Way>; LANES],
+    /// P(σ) of the ways, where they were chosen by it.
+    probability: Option<f32x8>,
+    walks: [u32; LANES],
+    offsets: [[u32; LANES]; N],
+    /// Of what BSDF sampling has found: the chains, or [`NONE`].
+    chains: [u32; LANES],
+}
+
+/// Rough vertices of base and offset paths at which chains begin.
+#[derive(Clone)]
+pub(super) struct Kept<const N: usize> {
+    vertices: VerticesX8,
+    throughput: Vec3x8,
+    offsets: [OffsetsX8; N],
+    own: [VerticesX8; N],
+}
+
+impl<const N: usize> Kept<N> {
+    pub(super) fn of(block: &Block<N>, own: &[VerticesX8; N]) -> Self {
+        Self {
+            vertices: block.vertices.clone(),
+            throughput: block.throughput,
+            offsets: block.offsets,
+            own: own.clone(),
+        }
+    }
+}
+
+/// The vertices of a request.
+#[derive(Clone, Copy)]
+struct Places<'a, const N: usize> {
+    vertices: &'a VerticesX8,
+    throughput: Vec3x8,
+    offsets: &'a [OffsetsX8; N],
+    own: &'a [VerticesX8; N],
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Samples light through mirrors and glass at the rough vertices x_k, and gathers what comes from there. Through
+    /// glass these are the samples of the light step that were not seen.
+    pub(super) fn walk_step(&mut self, context: Context, k: u32) {
+        let scene = context.scene;
+        // There is no room for a chain.
+        if k + 2 > context.settings.depth {
+            return;
+        }
+        let mut requests = std::mem::take(&mut self.requests);
+        requests.clear();
+        self.walks.clear();
+        let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
+        draw(live.map(|block| &block.samplers), k, &mut self.numbers);
+        for (index, &at) in self.live.iter().enumerate() {
+            let block = &self.blocks[at as usize];
+            let x = &block.vertices;
+            let rough = x.rough & block.alive;
+            if rough == 0 {
+                continue;
+            }
+            if let Some((sampled, unseen)) = self.unseen.get(index)
+                && rough & unseen != 0
+            {
+                let request = Request::begin(&mut requests, (index as u32, None), k);
+                for lane in lanes_of(rough & unseen) {
+                    let way = sampled.lane(lane).map(|end| (end, Through::Passage));
+                    request.ask(scene, &mut self.walks, x, lane, way);
+                }
+            }
+            let tried =
+                lanes_of(rough).filter(|&lane| block.samplers[lane].coin(k) < context.tried());
+            let tried = tried.fold(0, |bits, lane| bits | 1 << lane);
+            if tried == 0 {
+                continue;
+            }
+            let [u0, u1, u2, u3] = self.numbers[index];
+            let light = scene.sample_lights::<false>(x.position, tried, [u0, u1, u2]);
+            let (ways, probability) = by_mirrors(context, x.position, &light, tried, u3);
+            let request = Request::begin(&mut requests, (index as u32, None), k);
+            for lane in lanes_of(tried) {
+                request.ask(scene, &mut self.walks, x, lane, ways[lane]);
+            }
+            request.probability = Some(probability);
+        }
+        self.answer(context, &mut requests);
+        self.requests = requests;
+    }
+
+    /// Gathers paths that have reached light by chains which a walk finds too. All others of their kind are BSDF
+    /// sampling's alone, and their shifts are dead.
+    pub(super) fn walk_again(&mut self, context: Context) {
+        let mut requests = std::mem::take(&mut self.requests);
+        requests.clear();
+        self.walks.clear();
+        for found in &self.found {
+            let block = &self.blocks[self.live[found.index as usize] as usize];
+            let at = block.chain[found.lane];
+            let Some((chain, through)) = self.chains.get(at) else {
+                continue;
+            };
+            // Those that began together go together.
+            let of_block = |r: &&mut Request<N>| r.index == found.index;
+            let mut same = requests.iter_mut().rev().take_while(of_block);
+            let request = match same.position(|r| r.kept == Some(chain.note)) {
+                Some(back) => {
+                    let last = requests.len() - 1;
+                    &mut requests[last - back]
+                }
+                None => {
+                    let begun = (found.index, Some(chain.note));
+                    Request::begin(&mut requests, begun, chain.start.k)
+                }
+            };
+            let x = &self.kept[chain.note as usize].vertices;
+            let way = Some((found.end, through));
+            request.ask(context.scene, &mut self.walks, x, found.lane, way);
+            request.chains[found.lane] = at;
+        }
+        self.answer(context, &mut requests);
+        self.requests = requests;
+    }
+
+    /// The walks that have been made last from the base path in a lane, and the complete paths that they gave, for
+    /// those who watch.
+    pub(super) fn walked(&self, context: Context, lane: usize) -> Vec<Walked<N>> {
+        let requests = self.requests.iter().filter(|r| r.ways[lane].is_some());
+        let walked = requests.map(|request| {
+            let (reflectors, materials) = (&context.scene.reflectors, &context.scene.materials);
+            let name = |&r: &u32| {
+                materials[reflectors.list()[r as usize].material as usize]
+                    .name
+                    .as_str()
+            };
+            let way = match request.ways[lane] {
+                Some((_, Through::Mirrors(by))) => {
+                    let names: Vec<&str> = by.numbers().iter().map(name).collect();
+                    format!("by {}", names.join(" and "))
+                }
+                _ => "through glass".to_owned(),
+            };
+            let shots = self.walks.shots(request.walks[lane]);
+            let shots = if shots == 1 {
+                "1 shot".to_owned()
+            } else {
+                format!("{shots} shots")
+            };
+            let came_of_it = match self.walks.link(request.walks[lane]) {
+                Ok(link) => format!(
+                    "{} specular, geometry term {:.6e}, {}",
+                    match link.vertices {
+                        1 => "1 vertex".to_owned(),
+                        m => format!("{m} vertices"),
+                    },
+                    link.geometry,
+                    if link.free { "seen" } else { "blocked" }
+                ),
+                Err(failure) => format!("none: {}", failure.describe()),
+            };
+            let complete = self.places(request).complete(context, &self.walks, request);
+            let (base, shifts, holds, _) = complete;
+            Walked {
+                text: format!("a walk to light {way}, {shots}: {came_of_it}"),
+                complete: (holds >> lane & 1 == 1).then_some((base, shifts)),
+            }
+        });
+        walked.collect()
+    }
+
+    /// Where the walks of a request begin.
+    fn places(&self, request: &Request<N>) -> Places<'_, N> {
+        match request.kept {
+            None => {
+                let at = self.live[request.index as usize] as usize;
+                let block = &self.blocks[at];
+                Places {
+                    vertices: &block.vertices,
+                    throughput: block.throughput,
+                    offsets: &block.offsets,
+                    own: &self.own[at],
+                }
+            }
+            Some(note) => {
+                let kept = &self.kept[note as usize];
+                Places {
+                    vertices: &kept.vertices,
+                    throughput: kept.throughput,
+                    offsets: &kept.offsets,
+                    own: &kept.own,
+                }
+            }
+        }
+    }
+
+    /// Makes the walks, those of the offset paths where the base paths have a chain, and gathers what they find.
+    fn answer(&mut self, context: Context, requests: &mut [Request<N>]) {
+        let scene = context.scene;
+        if requests.is_empty() {
+            return;
+        }
+        let mut walks = std::mem::take(&mut self.walks);
+        walks.solve(scene, context.tracer);
+        for request in requests.iter_mut() {
+            let places = self.places(request);
+            for lane in lanes_of(request.lanes) {
+                let found = match walks.link(request.walks[lane]) {
+                    Ok(link) => match self.chains.get(request.chains[lane]) {
+                        Some((chain, _)) => chain.is(link),
+                        None => k_fits(context, request.k, link.vertices),
+                    },
+                    Err(_) => false,
+                };
+                if !found {
+                    request.lanes &= !(1 << lane);
+                }
+            }
+            for (j, offset) in places.offsets.iter().enumerate() {
+                for lane in lanes_of(request.lanes & offset.free()) {
+                    if let Some((end, through)) = request.ways[lane] {
+                        let start = start(&places.own[j], lane, request.k);
+                        let walk = walks.push(scene, start, end.target, through);
+                        request.offsets[j][lane] = walk;
+                    }
+                }
+            }
+        }
+        walks.solve(scene, context.tracer);
+        for (sum, traced) in self.counts.rays.iter_mut().zip(&mut walks.traced) {
+            *sum += std::mem::take(traced);
+        }
+        let weights = context.settings.weights;
+        for request in requests.iter().filter(|r| r.lanes != 0) {
+            let places = self.places(request);
+            let (base, shifts, holds, dead) = places.complete(context, &walks, request);
+            self.counts.deaths[Death::Walk as usize] += u64::from(dead);
+            if holds == 0 {
+                continue;
+            }
+            let at = self.live[request.index as usize];
+            self.blocks[at as usize].gather(weights, &base, &shifts, holds);
+            if request.kept.is_some() {
+                self.flights[request.index as usize].walked |= holds;
+            }
+        }
+        self.walks = walks;
+    }
+}
+
+/// A walk in words.
+pub(super) struct Walked<const N: usize> {
+    pub(super) text: String,
+    /// The complete path with its shifts, if there is one.
+    pub(super) complete: Option<(Base<f32x8>, [Shift<f32x8>; N])>,
+}
+
+/// What BSDF sampling has found by a chain: light, in a lane of a live block.
+pub(super) struct Found {
+    index: u32,
+    lane: usize,
+    end: LightEnd,
+}
+
+impl Found {
+    pub(super) fn new(index: usize, lane: usize, end: LightEnd) -> Self {
+        Self {
+            index: index as u32,
+            lane,
+            end,
+        }
+    }
+}
+
+/// Whether a path whose chain begins at x_k is no longer than paths may be.
+fn k_fits(context: Context, k: u32, vertices: u32) -> bool {
+    k + vertices < context.settings.depth
+}
+
+impl<const N: usize> Request<N> {
+    /// Adds one to those that there are, the last of which may have asked for nothing.
+    fn begin(requests: &mut Vec<Self>, (index, kept): (u32, Option<u32>), k: u32) -> &mut Self {
+        if requests.last().is_some_and(|last| last.lanes == 0) {
+            requests.pop();
+        }
+        requests.push(Self {
+            index,
+            kept,
+            k,
+            lanes: 0,
+            ways: [None; LANES],
+            probability: None,
+            walks: [0; LANES],
+            offsets: [[0; LANES]; N],
+            chains: [NONE; LANES],
+        });
+        let last = requests.len() - 1;
+        &mut requests[last]
+    }
+
+    fn ask(
+        &mut self,
+        scene: &Scene,
+        walks: &mut Walks,
+        from: &VerticesX8,
+        lane: usize,
+        way: Option<Way>,
+    ) {
+        if let Some((end, through)) = way {
+            let start = start(from, lane, self.k);
+            self.walks[lane] = walks.push(scene, start, end.target, through);
+            self.ways[lane] = way;
+            self.lanes |= 1 << lane;
+        }
+    }
+}
+
+impl<const N: usize> Places<'_, N> {
+    /// The complete paths of a request with their shifts, the lanes that have one, and how many shifts have died as
+    /// there is no chain. Values are f, densities are p in the measure of the end: see the top of this file.
+    fn complete(
+        &self,
+        context: Context,
+        walks: &Walks,
+        request: &Request<N>,
+    ) -> (Base<f32x8>, [Shift<f32x8>; N], u32, u32) {
+        let (scene, k) = (context.scene, request.k);
+        let x = self.vertices;
+        let ways = &request.ways;
+        let chance = || probability(context, x.position, ways);
+        let ways = (ways, request.probability.unwrap_or_else(chance));
+        let links = LinksX8::new(context, walks, (x, k), &request.walks, ways, request.lanes);
+        let eval = x.eval::<false>(scene, links.wi);
+        let mut holds = links.holds & eval.holds.to_bitmask();
+        let free = mask_of(links.free & holds);
+        let seen = |value: Vec3x8| Vec3x8::select(free, value, Vec3x8::ZERO);
+        let by_bsdf = free & (eval.pdf * x.survival(k) * links.per_pdf);
+        let densities = links.by_walk + by_bsdf;
+        holds &= positive(densities).to_bitmask();
+        let base = Base {
+            value: seen(self.throughput * eval.value * links.arriving),
+            densities: mask_of(holds).select(densities, f32x8::ONE),
+        };
+        let mut shifts = [Shift::DEAD; N];
+        let mut dead = 0;
+        for (j, (shift, offset)) in shifts.iter_mut().zip(self.offsets).enumerate() {
+            let carried = offset.carried;
+            let mut put = |new: Shift<f32x8>, lanes: u32| {
+                let lanes = mask_of(lanes);
+                shift.value = Vec3x8::select(lanes, new.value, shift.value);
+                shift.densities = lanes.select(new.densities, shift.densities);
+            };
+            if offset.connected() != 0 {
+                let value = seen(carried.throughput * eval.value * links.arriving);
+                let densities = carried.ratio * (links.by_walk + by_bsdf);
+                put(Shift { value, densities }, offset.connected() & holds);
+            }
+            if offset.joined() != 0 {
+                let eval = x.eval_seen_from::<false>(scene, offset.wo, links.wi);
+                let by_bsdf = free & (eval.pdf * x.survival(k) * links.per_pdf);
+                let value = seen(carried.throughput * eval.value * links.arriving);
+                let densities = carried.ratio * (links.by_walk + by_bsdf);
+                let lanes = offset.joined() & holds & eval.holds.to_bitmask();
+                put(Shift { value, densities }, lanes);
+            }
+            let lanes = offset.free() & holds;
+            if lanes != 0 {
+                let y = &self.own[j];
+                let walked = &request.offsets[j];
+                let ways = (
+                    &request.ways,
+                    probability(context, y.position, &request.ways),
+                );
+                let links = LinksX8::new(context, walks, (y, k), walked, ways, lanes);
+                let eval = y.eval::<false>(scene, links.wi);
+                let free = mask_of(links.free);
+                let by_bsdf = free & (eval.pdf * y.survival(k) * links.per_pdf);
+                let value = carried.throughput * eval.value * links.arriving;
+                let value = Vec3x8::select(free, value, Vec3x8::ZERO);
+                let densities = carried.ratio * (links.by_walk + by_bsdf);
+                let finite = (value.is_finite() & densities.is_finite()).to_bitmask();
+                let there = links.holds & eval.holds.to_bitmask() & finite;
+                put(Shift { value, densities }, there);
+                dead += (lanes & !links.holds).count_ones();
+            }
+        }
+        (base, shifts, holds, dead)
+    }
+}
+
+/// The light samples of a block, and the lanes of which it is not known that they are seen.
+pub(super) type Unseen = (LightSamplesX8, u32);

@@ -1,0 +1,68 @@
+//! Where the search for a chain begins.
+
+use super::{Curved, Form, Reflectors, Sequence, Target};
+use glam::Vec3;
+
+impl Reflectors {
+    /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
+    /// planes. None where there is none, or where more than one is curved.
+    pub fn guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
+        let forms = by.numbers().iter().map(|&r| &self.list[r as usize].form);
+        let curved = |form: &Form| matches!(form, Form::Curved(_));
+        let Some(place) = forms.clone().position(curved) else {
+            // What the first shows of what the others show.
+            let image = forms.rev().fold(*target, |image, form| form.image(&image));
+            return image.towards(from).try_normalize();
+        };
+        if forms.clone().skip(place + 1).any(curved) {
+            return None;
+        }
+        // Planes before and behind the curved one are unfolded.
+        let image = forms.clone().skip(place + 1).rev();
+        let image = image.fold(*target, |image, form| form.image(&image));
+        let before = forms.clone().take(place);
+        let seen_from = before.clone().fold(from, |p, form| form.mirror(p));
+        let Some(Form::Curved(curved)) = forms.clone().nth(place) else {
+            return None;
+        };
+        let best = curved.best(seen_from, &image)?;
+        let p = before.rev().fold(best, |p, form| form.mirror(p));
+        (p - from).try_normalize()
+    }
+}
+
+impl Curved {
+    /// The point at which the half vector of the ways to `from` and to `target` is the nearest to the normal.
+    fn best(&self, from: Vec3, target: &Target) -> Option<Vec3> {
+        let mut best = (0.0, None);
+        for &(p, normal) in &self.points {
+            let here = (from - p).normalize_or_zero();
+            let there = target.towards(p).normalize_or_zero();
+            let (cos_o, cos_i) = (normal.dot(here), normal.dot(there));
+            let seen = cos_o * cos_i > 0.0 && !(self.one_sided && cos_o < 0.0);
+            let fits = (here + there).normalize_or_zero().dot(normal).abs();
+            if seen && fits > best.0 {
+                best = (fits, Some(p));
+            }
+        }
+        best.1
+    }
+}
+
+impl Form {
+    /// What a plane shows in the place of `target`.
+    fn image(&self, target: &Target) -> Target {
+        match self {
+            Form::Plane(plane) => plane.image(target),
+            Form::Curved(_) => *target,
+        }
+    }
+
+    /// Where a plane shows `p`.
+    fn mirror(&self, p: Vec3) -> Vec3 {
+        match self {
+            Form::Plane(plane) => plane.mirror(p),
+            Form::Curved(_) => p,
+        }
+    }
+}

@@ -1,0 +1,576 @@
+//! Surfaces that send light on in single directions: mirrors, smooth glass and panes. Through them light reaches
+//! surfaces on which light sampling alone would see nothing but a shadow.
+//!
+//! A *reflector* is a connected surface of that kind: a plane, or what is curved by the normals of its corners. Found
+//! once, when the scene is built.
+
+mod choice;
+mod guess;
+mod plane;
+
+pub use choice::Choice;
+pub use plane::Plane;
+
+use super::light_grid::{Emitter, LightGrid};
+use super::material::{Class, Material};
+use super::mesh::Mesh;
+use super::place::{Place, place};
+use crate::bsdf::{Bsdf, fresnel};
+use crate::lanes::{Float, LANES, Vec3x8, Vector, mask_of};
+use glam::Vec3;
+use std::collections::{BTreeMap, HashMap};
+use wide::f32x8;
+
+/// Where a chain of single directions ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// On a light.
+    Point {
+        /// Where.
+        position: Vec3,
+        /// Unit normal of the side that emits.
+        ng: Vec3,
+        /// Distance by which rays end before the surface.
+        offset: f32,
+    },
+    /// In the environment: the unit direction to it.
+    Direction(Vec3),
+}
+
+/// Targets in lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Targets<F: Float> {
+    /// Points, or unit directions.
+    pub place: Vector<F>,
+    /// Where they are directions.
+    pub distant: F::Mask,
+}
+
+impl Target {
+    /// The way to it from `p`, of any length.
+    #[inline]
+    pub fn towards(&self, p: Vec3) -> Vec3 {
+        match *self {
+            Target::Point { position, .. } => position - p,
+            Target::Direction(direction) => direction,
+        }
+    }
+}
+
+impl Targets<f32x8> {
+    /// Those that there are.
+    pub fn gather(target: impl Fn(usize) -> Option<Target>) -> Self {
+        let (mut place, mut distant) = (Vec3x8::ZERO, 0);
+        for lane in 0..LANES {
+            match target(lane) {
+                Some(Target::Point { position, .. }) => place.set(lane, position),
+                Some(Target::Direction(direction)) => {
+                    place.set(lane, direction);
+                    distant |= 1 << lane;
+                }
+                None => (),
+            }
+        }
+        Self {
+            place,
+            distant: mask_of(distant),
+        }
+    }
+
+    /// That of a lane, in all.
+    fn lane(&self, lane: usize) -> Self {
+        Self {
+            place: Vec3x8::splat(self.place.lane(lane)),
+            distant: mask_of(0u32.wrapping_sub(self.distant.to_bitmask() >> lane & 1)),
+        }
+    }
+}
+
+/// The reflectors of a scene.
+#[derive(Debug, Default)]
+pub struct Reflectors {
+    /// That of each triangle, or [`NONE`]; empty where there is none at all.
+    of_triangle: Vec<u32>,
+    list: Vec<Reflector>,
+    /// What encloses the flat ones that let light pass.
+    passages: Vec<Bounds>,
+    /// Planes that may show what others show: the first met and the second.
+    pairs: Vec<[u32; 2]>,
+    /// How much of the light they reflect where there is much, in (0, 1].
+    worth: f32,
+    /// The choice among many.
+    grid: Option<LightGrid>,
+    /// What keeps all of them out of use, if anything does.
+    hindrance: Option<String>,
+}
+
+/// A connected surface that sends light on in single directions.
+#[derive(Clone, Debug)]
+pub struct Reflector {
+    /// Index into [`Scene::materials`](super::Scene::materials).
+    pub material: u32,
+    /// How many triangles it has.
+    pub triangles: u32,
+    /// Its area.
+    pub area: f32,
+    /// Its form.
+    pub form: Form,
+    /// Reflectance at normal incidence, the mean of the channels.
+    reflectance: f32,
+    /// Whether it reflects that everywhere, as metal does, not more at grazing angles.
+    is_metal: bool,
+    bounds: Bounds,
+}
+
+/// The form of a reflector.
+#[derive(Clone, Debug)]
+pub enum Form {
+    /// Flat: mirrored points are exact.
+    Plane(Plane),
+    /// Curved: a search begins at the best of some points.
+    Curved(Curved),
+}
+
+/// Points on a curved reflector.
+#[derive(Clone, Debug)]
+pub struct Curved {
+    /// Points spread over it, with the unit normals there.
+    pub points: Vec<(Vec3, Vec3)>,
+    /// Whether it is seen on the side of the normals alone.
+    one_sided: bool,
+}
+
+type Bounds = (Vec3, Vec3);
+
+/// One to four reflectors, in the order in which a path from a rough vertex meets them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sequence {
+    numbers: [u32; MOST],
+    len: u32,
+}
+
+/// Most reflectors of a sequence.
+const MOST: usize = 4;
+
+impl Sequence {
+    /// A single one.
+    #[inline]
+    pub fn of(reflector: u32) -> Self {
+        Self {
+            numbers: [reflector, NONE, NONE, NONE],
+            len: 1,
+        }
+    }
+
+    /// With another behind it, unless it is full.
+    #[inline]
+    pub fn and(mut self, reflector: u32) -> Option<Self> {
+        *self.numbers.get_mut(self.len as usize)? = reflector;
+        self.len += 1;
+        Some(self)
+    }
+
+    /// Their numbers.
+    #[inline]
+    pub fn numbers(&self) -> &[u32] {
+        &self.numbers[..self.len as usize]
+    }
+}
+
+/// In place of the number of a reflector: none.
+const NONE: u32 = u32::MAX;
+/// From so many on the choice is by place.
+const MANY: usize = 17;
+/// Most pairs of planes to choose from; of more, none is chosen.
+const PAIRS: usize = 15;
+/// Points of a curved reflector where a search may begin.
+const GUESSES: usize = 48;
+/// Boxes that rays are tested against one by one; of more, one around all.
+const BOXES: usize = 16;
+/// Flat triangles with this cosine between their planes are in one.
+const LEVEL: f32 = 1.0 - 1e-6;
+
+impl Reflectors {
+    /// The reflectors among the triangles of `mesh`.
+    pub fn new(mesh: &Mesh, materials: &[Material]) -> Self {
+        let single: Vec<bool> = materials.iter().map(is_single).collect();
+        let triangles = 0..mesh.triangles.len() as u32;
+        let is_one = |&t: &u32| single[mesh.material_of[t as usize] as usize];
+        let members: Vec<u32> = triangles.filter(is_one).collect();
+        if members.is_empty() {
+            return Self::default();
+        }
+        let has_relief = |&t: &u32| {
+            let material = &materials[mesh.material_of[t as usize] as usize];
+            material
+                .textures
+                .as_ref()
+                .is_some_and(|t| t.relief.is_some())
+        };
+        if let Some(&t) = members.iter().find(|t| has_relief(t)) {
+            let name = &materials[mesh.material_of[t as usize] as usize].name;
+            return Self {
+                hindrance: Some(format!("'{name}' has relief")),
+                ..Self::default()
+            };
+        }
+
+        // Connected ones, planes each for itself.
+        let flat: Vec<bool> = members.iter().map(|&t| is_flat(mesh, t)).collect();
+        let mut groups = Groups::new(members.len());
+        let edges = Edges::new(mesh, &members);
+        for sharing in edges.shared() {
+            for pair in sharing.windows(2) {
+                let [a, b] = [pair[0].1 as usize, pair[1].1 as usize];
+                let [ta, tb] = [members[a], members[b]];
+                let same = mesh.material_of[ta as usize] == mesh.material_of[tb as usize];
+                let level = || normal(mesh, ta).dot(normal(mesh, tb)).abs() > LEVEL;
+                if same && flat[a] == flat[b] && (!flat[a] || level()) {
+                    groups.join(a, b);
+                }
+            }
+        }
+        let mut of_triangle = vec![NONE; mesh.triangles.len()];
+        let mut parts: Vec<Vec<u32>> = Vec::new();
+        let mut number = HashMap::new();
+        let mut is_plane = Vec::new();
+        for (index, &t) in members.iter().enumerate() {
+            let next = parts.len() as u32;
+            let part = *number.entry(groups.find(index)).or_insert(next);
+            if part == next {
+                parts.push(Vec::new());
+                is_plane.push(flat[index]);
+            }
+            parts[part as usize].push(t);
+            of_triangle[t as usize] = part;
+        }
+        let mut list: Vec<Reflector> = parts
+            .iter()
+            .zip(is_plane)
+            .map(|(part, is_plane)| Reflector::new(mesh, materials, part, is_plane))
+            .collect();
+        let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
+        for (reflector, outside) in sides {
+            match &mut list[reflector as usize].form {
+                Form::Plane(plane) => {
+                    plane.normal *= outside;
+                    plane.one_sided = true;
+                }
+                Form::Curved(curved) => {
+                    curved.points.iter_mut().for_each(|p| p.1 *= outside);
+                    curved.one_sided = true;
+                }
+            }
+        }
+
+        // What lets light pass, and the choice among many.
+        let passing = |r: &&Reflector| {
+            let is_mirror = matches!(materials[r.material as usize].bsdf, Bsdf::Mirror { .. });
+            !is_mirror && matches!(r.form, Form::Plane(_))
+        };
+        let mut passages: Vec<Bounds> = list.iter().filter(passing).map(|r| r.bounds).collect();
+        if passages.len() > BOXES {
+            passages = vec![passages.into_iter().fold(EMPTY, around)];
+        }
+        let mut pairs = Vec::new();
+        for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
+            if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
+                && p.is_seen_from(&list[b].bounds)
+                && q.is_seen_from(&list[a].bounds)
+            {
+                pairs.push([a as u32, b as u32]);
+            }
+        }
+        if pairs.len() > PAIRS {
+            pairs.clear();
+        }
+        let grid = (list.len() >= MANY).then(|| {
+            let emitter = |r: &Reflector| Emitter {
+                bounds: r.bounds,
+                normal: Vec3::ZERO,
+                power: f64::from(r.reflectance * r.area).max(f64::MIN_POSITIVE),
+            };
+            let emitters: Vec<Emitter> = list.iter().map(emitter).collect();
+            LightGrid::new(&emitters, mesh.bounds)
+        });
+        Self {
+            of_triangle,
+            passages,
+            pairs,
+            worth: list
+                .iter()
+                .map(Reflector::worth)
+                .sum::<f32>()
+                .clamp(1e-3, 1.0),
+            grid,
+            list,
+            hindrance: None,
+        }
+    }
+
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// All of them.
+    pub fn list(&self) -> &[Reflector] {
+        &self.list
+    }
+
+    /// What keeps all of them out of use, if anything does.
+    pub fn hindrance(&self) -> Option<&str> {
+        self.hindrance.as_deref()
+    }
+
+    /// The reflector that a triangle belongs to.
+    #[inline]
+    pub fn of(&self, triangle: u32) -> Option<u32> {
+        let reflector = self.of_triangle.get(triangle as usize).copied();
+        reflector.filter(|&r| r != NONE)
+    }
+
+    /// Whether a reflector is curved.
+    #[inline]
+    pub fn is_curved(&self, reflector: u32) -> bool {
+        matches!(self.list[reflector as usize].form, Form::Curved(_))
+    }
+
+    /// How much of the light they reflect where there is much, in (0, 1]: so often it is worth a try.
+    #[inline]
+    pub fn worth(&self) -> f32 {
+        if self.grid.is_some() { 1.0 } else { self.worth }
+    }
+
+    /// Whether any flat one lets light pass.
+    #[inline]
+    pub fn let_light_pass(&self) -> bool {
+        !self.passages.is_empty()
+    }
+
+    /// Whether anything flat that lets light pass may lie between `from` and `target`.
+    #[inline]
+    pub fn may_pass(&self, from: Vec3, target: &Target) -> bool {
+        let (direction, length) = match *target {
+            Target::Point { position, .. } => (position - from, 1.0),
+            Target::Direction(direction) => (direction, f32::INFINITY),
+        };
+        let mut boxes = self.passages.iter();
+        boxes.any(|bounds| crosses(bounds, from, direction, length))
+    }
+}
+
+impl Reflector {
+    /// See [`Reflectors::worth`].
+    fn worth(&self) -> f32 {
+        if self.is_metal {
+            self.reflectance
+        } else {
+            4.0 * self.reflectance
+        }
+    }
+
+    fn new(mesh: &Mesh, materials: &[Material], triangles: &[u32], is_plane: bool) -> Self {
+        let material = mesh.material_of[triangles[0] as usize];
+        let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
+        let bounds = corners().fold(EMPTY, |b, p| around(b, (p, p)));
+        let form = if is_plane {
+            // Of the largest, whose normal is the most exact.
+            let largest = triangles
+                .iter()
+                .max_by(|a, b| mesh.area(**a).total_cmp(&mesh.area(**b)));
+            let largest = *largest.unwrap_or(&triangles[0]);
+            Form::Plane(Plane::new(
+                mesh.corners(largest),
+                normal(mesh, largest),
+                corners(),
+            ))
+        } else {
+            Form::Curved(Curved {
+                points: spread(mesh, triangles),
+                one_sided: false,
+            })
+        };
+        let (reflectance, is_metal) = match materials[material as usize].bsdf {
+            Bsdf::Glass { ior, .. } => (fresnel::dielectric(1.0, ior), false),
+            Bsdf::Thin { ior, .. } => (2.0 * fresnel::dielectric(1.0, ior), false),
+            ref bsdf => (bsdf.colour().element_sum() / 3.0, true),
+        };
+        Self {
+            material,
+            triangles: triangles.len() as u32,
+            area: triangles.iter().map(|&t| mesh.area(t)).sum(),
+            form,
+            reflectance,
+            is_metal,
+            bounds,
+        }
+    }
+}
+
+/// What of closed bodies is seen from outside alone: what is curved, and planes beyond which nothing bulges; with 1
+/// where outside is the side of the normals, else -1.
+fn outsides(
+    mesh: &Mesh,
+    members: &[u32],
+    edges: &Edges,
+    of_triangle: &[u32],
+    list: &[Reflector],
+) -> Vec<(u32, f32)> {
+    let mut bodies = Groups::new(members.len());
+    for sharing in edges.shared() {
+        let pairs = sharing.windows(2);
+        pairs.for_each(|pair| bodies.join(pair[0].1 as usize, pair[1].1 as usize));
+    }
+    let mut is_closed = vec![true; members.len()];
+    for sharing in edges.shared() {
+        let body = bodies.find(sharing[0].1 as usize);
+        is_closed[body] &= sharing.len() == 2;
+    }
+    let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (index, &t) in members.iter().enumerate() {
+        let body = bodies.find(index);
+        if is_closed[body] {
+            parts.entry(body).or_default().push(t);
+        }
+    }
+    let mut found = Vec::new();
+    for part in parts.values() {
+        let mut planes: Vec<u32> = part.iter().map(|&t| of_triangle[t as usize]).collect();
+        planes.sort_unstable();
+        planes.dedup();
+        // Of bodies with many sides each plane matters little.
+        if planes.len() > MANY {
+            continue;
+        }
+        let volume = |&t: &u32| {
+            let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
+            a.dot(b.cross(c))
+        };
+        let outside = if part.iter().map(volume).sum::<f64>() < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        for reflector in planes {
+            let Form::Plane(plane) = &list[reflector as usize].form else {
+                found.push((reflector, outside));
+                continue;
+            };
+            let heights = part.iter().flat_map(|&t| mesh.corners(t));
+            let heights = heights.map(|p| plane.height(p) * outside);
+            let bounds = heights.fold((0f32, 0f32), |(low, high), h| (low.min(h), high.max(h)));
+            if bounds.1 < 1e-3 * (bounds.1 - bounds.0) {
+                found.push((reflector, outside));
+            }
+        }
+    }
+    found
+}
+
+/// The edges of triangles, in order, so that those in one place stand together.
+struct Edges(Vec<([u32; 2], u32)>);
+
+impl Edges {
+    /// Those of `members`, by their places in that list.
+    fn new(mesh: &Mesh, members: &[u32]) -> Self {
+        let mut numbers: HashMap<Place, u32> = HashMap::new();
+        let mut edges = Vec::with_capacity(3 * members.len());
+        for (index, &t) in members.iter().enumerate() {
+            let [a, b, c] = mesh.corners(t).map(|p| {
+                let next = numbers.len() as u32;
+                *numbers.entry(place(p)).or_insert(next)
+            });
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                edges.push(([a.min(b), a.max(b)], index as u32));
+            }
+        }
+        edges.sort_unstable();
+        Self(edges)
+    }
+
+    /// For each edge the triangles that share it.
+    fn shared(&self) -> impl Iterator<Item = &[([u32; 2], u32)]> {
+        self.0.chunk_by(|a, b| a.0 == b.0)
+    }
+}
+
+/// Groups of things that belong together.
+struct Groups(Vec<usize>);
+
+impl Groups {
+    fn new(len: usize) -> Self {
+        Self((0..len).collect())
+    }
+
+    fn find(&mut self, mut index: usize) -> usize {
+        while self.0[index] != index {
+            self.0[index] = self.0[self.0[index]];
+            index = self.0[index];
+        }
+        index
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        // The first of a group stands for it.
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+/// Whether all light that meets the material goes on in single directions.
+fn is_single(material: &Material) -> bool {
+    let smooth = matches!(
+        material.bsdf,
+        Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. }
+    );
+    smooth && material.class == Class::Specular && material.emission.is_none()
+}
+
+/// Whether a triangle is shaded as flat, or nearly so.
+fn is_flat(mesh: &Mesh, triangle: u32) -> bool {
+    let ng = normal(mesh, triangle);
+    let level = |n: &Vec3| n.dot(ng) > LEVEL;
+    mesh.corner_normals(triangle)
+        .is_none_or(|corners| corners.iter().all(level))
+}
+
+fn normal(mesh: &Mesh, triangle: u32) -> Vec3 {
+    mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng
+}
+
+/// Points in the middle of triangles, evenly by area, and the normals there.
+fn spread(mesh: &Mesh, triangles: &[u32]) -> Vec<(Vec3, Vec3)> {
+    let total: f64 = triangles.iter().map(|&t| f64::from(mesh.area(t))).sum();
+    let count = GUESSES.min(triangles.len());
+    let mut points = Vec::with_capacity(count);
+    let mut so_far = 0.0;
+    for &t in triangles {
+        so_far += f64::from(mesh.area(t));
+        let due = (points.len() as f64 + 0.5) / count as f64 * total;
+        if so_far >= due && points.len() < count {
+            let point = mesh.point(t, 1.0 / 3.0, 1.0 / 3.0);
+            points.push((point.position, point.ns));
+        }
+    }
+    points
+}
+
+const EMPTY: Bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+
+fn around(a: Bounds, b: Bounds) -> Bounds {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+/// Whether a ray over the distances from 0 to `length` meets a box.
+#[inline]
+fn crosses(&(low, high): &Bounds, from: Vec3, direction: Vec3, length: f32) -> bool {
+    let inverse = direction.recip();
+    let (a, b) = ((low - from) * inverse, (high - from) * inverse);
+    let near = a.min(b).max_element().max(0.0);
+    let far = a.max(b).min_element().min(length);
+    // Comparisons with what is no number, on the box's own planes, leave nothing out.
+    let misses = near > far;
+    !misses
+}

@@ -1,0 +1,145 @@
+//! Flat mirrors: what they show, and where.
+
+use super::{Bounds, Target, Targets};
+use crate::lanes::{Float, Mask, Vector, positive};
+use glam::{Vec2, Vec3};
+
+/// A plane, and what part of it a reflector may cover.
+#[derive(Clone, Debug)]
+pub struct Plane {
+    /// Unit normal, on the side that is seen if only one is.
+    pub(super) normal: Vec3,
+    point: Vec3,
+    axes: [Vec3; 2],
+    /// Smallest and largest coordinates along the axes.
+    low: Vec2,
+    high: Vec2,
+    /// Whether it is seen on the side of its normal alone.
+    pub(super) one_sided: bool,
+}
+
+impl Plane {
+    /// Of the triangles with these corners, of which `largest` has the most exact normal.
+    pub(super) fn new(
+        largest: [Vec3; 3],
+        normal: Vec3,
+        corners: impl Iterator<Item = Vec3>,
+    ) -> Self {
+        let [a, b, c] = largest;
+        let sides = [b - a, c - b, a - c].into_iter();
+        let longest = sides.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        let across = longest
+            .unwrap_or(b - a)
+            .normalize_or(normal.any_orthonormal_vector());
+        let axes = [across, normal.cross(across)];
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for p in corners {
+            let p = Vec2::new(axes[0].dot(p - a), axes[1].dot(p - a));
+            (low, high) = (low.min(p), high.max(p));
+        }
+        let margin = 1e-4 * (high - low).max_element();
+        Self {
+            normal,
+            point: a,
+            axes,
+            low: low - margin,
+            high: high + margin,
+            one_sided: false,
+        }
+    }
+
+    /// How far `p` is above it.
+    pub(super) fn height(&self, p: Vec3) -> f32 {
+        self.normal.dot(p - self.point)
+    }
+
+    /// Whether it can be seen from a part of a box.
+    pub(super) fn is_seen_from(&self, &(low, high): &Bounds) -> bool {
+        let least = 1e-4 * (high - low).length();
+        let reach = (0.5 * (high - low)).dot(self.normal.abs());
+        let middle = self.height(0.5 * (low + high));
+        middle + reach > least || !self.one_sided && reach - middle > least
+    }
+
+    /// What it shows in the place of `p`.
+    pub(super) fn mirror(&self, p: Vec3) -> Vec3 {
+        p - self.normal * (2.0 * self.height(p))
+    }
+
+    /// What it shows in the place of `target`.
+    pub fn image(&self, target: &Target) -> Target {
+        match *target {
+            Target::Point {
+                position,
+                ng,
+                offset,
+            } => Target::Point {
+                position: self.mirror(position),
+                ng,
+                offset,
+            },
+            Target::Direction(d) => Target::Direction(d - self.normal * (2.0 * self.normal.dot(d))),
+        }
+    }
+
+    /// [`Plane::image`] in lanes.
+    #[inline(always)]
+    pub(super) fn images<F: Float>(&self, targets: &Targets<F>) -> Targets<F> {
+        Targets {
+            place: targets.place - self.n::<F>() * (self.heights(targets) + self.heights(targets)),
+            distant: targets.distant,
+        }
+    }
+
+    /// Where it shows the targets to the points `from`, and the lanes in which it does: it reaches there, and both
+    /// are on a side that is seen.
+    #[inline(always)]
+    pub(super) fn shows<F: Float>(
+        &self,
+        from: Vector<F>,
+        targets: &Targets<F>,
+    ) -> (Vector<F>, F::Mask) {
+        let point = Vector::splat(self.point);
+        let height = self.n().dot(from - point);
+        let there = self.heights(targets);
+        let image = targets.place - self.n::<F>() * (there + there);
+        let (way, whole) = if targets.distant.any() {
+            (
+                Vector::select(targets.distant, image, image - from),
+                F::select(targets.distant, there, height + there),
+            )
+        } else {
+            (image - from, height + there)
+        };
+        let p = from + way * (height / whole);
+        let on = |axis: Vec3| Vector::<F>::splat(axis).dot(p - point);
+        let [x, y] = self.axes.map(on);
+        let within =
+            |x: F, low: f32, high: f32| !(x.below(F::splat(low)) | x.above(F::splat(high)));
+        let inside = within(x, self.low.x, self.high.x) & within(y, self.low.y, self.high.y);
+        let one_side = positive(height * there);
+        let seen = if self.one_sided {
+            one_side & positive(height)
+        } else {
+            one_side
+        };
+        (p, seen & inside)
+    }
+
+    #[inline(always)]
+    fn n<F: Float>(&self) -> Vector<F> {
+        Vector::splat(self.normal)
+    }
+
+    /// Heights of points above it, cosines of directions.
+    #[inline(always)]
+    fn heights<F: Float>(&self, targets: &Targets<F>) -> F {
+        let above = targets.place.dot(self.n());
+        let own = F::splat(self.normal.dot(self.point));
+        if targets.distant.any() {
+            above - own.only(!targets.distant)
+        } else {
+            above - own
+        }
+    }
+}

@@ -1,0 +1,419 @@
+//! Chains of mirrors and glass: 𝒢 against numeric derivatives, answers against closed forms and against a search.
+
+use crate::common::{Rng, cases, polygons, shipped, tracer};
+use gdpt::error::Warnings;
+use gdpt::lanes::{Float, Vec3x8};
+use gdpt::load::mtl::MtlMaterial;
+use gdpt::load::obj::{NONE, ObjFile};
+use gdpt::manifold::{Failure, Link, Start, Through, Walks};
+use gdpt::scene::reflectors::{Form, Sequence, Target, Targets};
+use gdpt::scene::{Scene, SceneSettings};
+use gdpt::trace::Traverse;
+use glam::Vec3;
+use proptest::prelude::*;
+use std::path::Path;
+use wide::f32x8;
+
+fn mirror() -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([0.0; 3]),
+        ks: Some([0.9, 0.8, 0.7]),
+        pm: Some(1.0),
+        pr: Some(0.0),
+        ..Default::default()
+    }
+}
+
+fn glass(ior: f32) -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([0.0; 3]),
+        ni: Some(ior),
+        illum: Some(7),
+        ..Default::default()
+    }
+}
+
+fn settings() -> SceneSettings {
+    SceneSettings {
+        size: (8, 8),
+        ..Default::default()
+    }
+}
+
+/// A ball around 0 with normals, its corners on the sphere of radius 1; or flat triangles.
+fn ball(material: MtlMaterial, level: u32, smooth: bool) -> Scene {
+    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
+    for x in [Vec3::X, Vec3::NEG_X] {
+        for y in [Vec3::Y, Vec3::NEG_Y] {
+            for z in [Vec3::Z, Vec3::NEG_Z] {
+                let outside = x.cross(y).dot(z) > 0.0;
+                triangles.push(if outside { [x, y, z] } else { [x, z, y] });
+            }
+        }
+    }
+    for _ in 0..level {
+        let split = |&[a, b, c]: &[Vec3; 3]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        };
+        triangles = triangles.iter().flat_map(split).collect();
+    }
+    let mut file = ObjFile {
+        materials: vec![material],
+        ..Default::default()
+    };
+    for corners in triangles {
+        let first = file.positions.len() as u32;
+        let numbers = [first, first + 1, first + 2];
+        file.positions.extend(corners);
+        file.normals.extend(corners);
+        file.triangles.push(numbers);
+        file.normal_triangles
+            .push(if smooth { numbers } else { [NONE; 3] });
+        file.material_of.push(0);
+    }
+    let mut warnings = Warnings::new(false);
+    Scene::build(Path::new("ball.obj"), file, &settings(), &mut warnings).unwrap()
+}
+
+/// A square of half this side about `centre`, its front towards `normal`.
+fn square(centre: Vec3, normal: Vec3, half: f32) -> [[f32; 3]; 4] {
+    let (a, b) = normal.any_orthonormal_pair();
+    let (a, b) = if a.cross(b).dot(normal) > 0.0 {
+        (a, b)
+    } else {
+        (b, a)
+    };
+    let corner = |s: f32, t: f32| (centre + (a * s + b * t) * half).to_array();
+    [
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ]
+}
+
+/// The sides of a block.
+fn block(low: Vec3, high: Vec3) -> Vec<[[f32; 3]; 4]> {
+    let corner =
+        |i: usize, j: usize, k: usize| [[low.x, high.x][i], [low.y, high.y][j], [low.z, high.z][k]];
+    vec![
+        [
+            corner(0, 0, 1),
+            corner(1, 0, 1),
+            corner(1, 1, 1),
+            corner(0, 1, 1),
+        ],
+        [
+            corner(1, 0, 0),
+            corner(0, 0, 0),
+            corner(0, 1, 0),
+            corner(1, 1, 0),
+        ],
+        [
+            corner(1, 0, 1),
+            corner(1, 0, 0),
+            corner(1, 1, 0),
+            corner(1, 1, 1),
+        ],
+        [
+            corner(0, 0, 0),
+            corner(0, 0, 1),
+            corner(0, 1, 1),
+            corner(0, 1, 0),
+        ],
+        [
+            corner(0, 1, 1),
+            corner(1, 1, 1),
+            corner(1, 1, 0),
+            corner(0, 1, 0),
+        ],
+        [
+            corner(0, 0, 0),
+            corner(1, 0, 0),
+            corner(1, 0, 1),
+            corner(0, 0, 1),
+        ],
+    ]
+}
+
+fn start(position: Vec3) -> Start {
+    Start {
+        position,
+        ng: Vec3::Y,
+        offset: 0.0,
+        k: 1,
+    }
+}
+
+fn point(position: Vec3, ng: Vec3) -> Target {
+    Target::Point {
+        position,
+        ng,
+        offset: 0.0,
+    }
+}
+
+fn walk(
+    (scene, tracer): (&Scene, &dyn Traverse),
+    from: Vec3,
+    target: Target,
+    through: Through,
+) -> Result<Link, Failure> {
+    let mut walks = Walks::default();
+    let walk = walks.push(scene, start(from), target, through);
+    walks.solve(scene, tracer);
+    walks.link(walk).copied()
+}
+
+/// 𝒢 by differences of the directions in which targets around this one are found; `None` where one of them is not.
+fn numeric_geometry(
+    scene: (&Scene, &dyn Traverse),
+    from: Vec3,
+    target: Target,
+    through: Through,
+    step: f32,
+) -> Option<f32> {
+    let (place, normal) = match target {
+        Target::Point { position, ng, .. } => (position, ng),
+        Target::Direction(direction) => (direction, direction),
+    };
+    let (a, b) = normal.any_orthonormal_pair();
+    let found = |shift: Vec3| {
+        let target = match target {
+            Target::Point { ng, .. } => point(place + shift, ng),
+            Target::Direction(_) => Target::Direction((place + shift).normalize()),
+        };
+        walk(scene, from, target, through).ok().map(|link| link.wi)
+    };
+    let along = |axis: Vec3| Some((found(axis * step)? - found(-axis * step)?) / (2.0 * step));
+    Some(along(a)?.cross(along(b)?).length())
+}
+
+fn single() -> Through {
+    Through::Mirrors(Sequence::of(0))
+}
+
+fn vector(low: f32, high: f32) -> impl Strategy<Value = Vec3> {
+    (low..high, low..high, low..high).prop_map(Vec3::from)
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    /// Of one plane, and of two: the image of the target is seen.
+    #[test]
+    fn planes_show_images(from in vector(0.2, 1.5), to in vector(0.2, 1.5), ng in vector(-1.0, 1.0)) {
+        let (floor, wall) = (square(Vec3::ZERO, Vec3::Y, 8.0), square(Vec3::ZERO, Vec3::X, 8.0));
+        let scene = polygons(&[(&floor, 0), (&wall, 0)], vec![mirror()], &settings());
+        let tracer = tracer(&scene);
+        let numbers = [0, 1].map(|r| match &scene.reflectors.list()[r].form {
+            Form::Plane(plane) if plane.image(&point(Vec3::ONE, Vec3::Y)) == point(Vec3::new(1.0, -1.0, 1.0), Vec3::Y) => 0,
+            _ => 1,
+        });
+        let floor = numbers.iter().position(|&n| n == 0).unwrap() as u32;
+        // What is met first.
+        let (on_floor, on_wall) = (from.y / (from.y + to.y), from.x / (from.x + to.x));
+        let first = if on_floor < on_wall { floor } else { 1 - floor };
+        let both = Sequence::of(first).and(1 - first).unwrap();
+        for (by, image, last, factor) in [
+            (Sequence::of(floor), to * Vec3::new(1.0, -1.0, 1.0), Vec3::new(1.0, -1.0, 1.0), 1),
+            (both, to * Vec3::new(-1.0, -1.0, 1.0), Vec3::new(-1.0, -1.0, 1.0), 2),
+        ] {
+            let way = image - from;
+            let arriving = way.normalize() * last;
+            let ng = ng.normalize_or(Vec3::Y);
+            let ng = if ng.dot(arriving) < 0.0 { ng } else { -ng };
+            prop_assume!(ng.dot(arriving) < -0.05);
+            let link = walk((&scene, &*tracer), from, point(to, ng), Through::Mirrors(by)).unwrap();
+            prop_assert!(link.wi.distance(way.normalize()) < 1e-5);
+            let expected = -ng.dot(arriving) / way.length_squared();
+            prop_assert!((link.geometry / expected - 1.0).abs() < 1e-3, "{} {}", link.geometry, expected);
+            prop_assert!(link.free && link.vertices == factor);
+            prop_assert!(link.factor.max_element() <= 1.0 && link.factor.min_element() >= 0.7f32.powi(factor as i32));
+            // From behind it is not seen.
+            let behind = walk((&scene, &*tracer), from, point(to, -ng), Through::Mirrors(by));
+            prop_assert_eq!(behind.unwrap_err(), Failure::Behind);
+        }
+    }
+
+    /// Through a slab, the law of refraction holds at both of its sides, and 𝒢 is that of a numeric derivative.
+    #[test]
+    fn slabs_refract(from in vector(-1.0, 1.0), to in vector(-1.0, 1.0), ior in 1.1f32..2.2, thickness in 0.02f32..1.0) {
+        let (from, to) = (from.with_y(-0.3), to.with_y(thickness + 0.8));
+        let sides = block(Vec3::new(-30.0, 0.0, -30.0), Vec3::new(30.0, thickness, 30.0));
+        let sides: Vec<_> = sides.iter().map(|side| (&side[..], 0)).collect();
+        let scene = polygons(&sides, vec![glass(ior)], &settings());
+        prop_assert_eq!(scene.reflectors.list().len(), 6);
+        let tracer = tracer(&scene);
+        let target = point(to, Vec3::NEG_Y);
+        let link = walk((&scene, &*tracer), from, target, Through::Passage).unwrap();
+        prop_assert_eq!(link.vertices, 2);
+        let across = (to - from).with_y(0.0).length();
+        // The sine outside, by bisection.
+        let (mut low, mut high) = (0.0f64, 1.0);
+        for _ in 0..60 {
+            let sine = 0.5 * (low + high);
+            let tangent = |s: f64| s / (1.0 - s * s).sqrt();
+            let reached = 1.1 * tangent(sine) + f64::from(thickness) * tangent(sine / f64::from(ior));
+            if reached < f64::from(across) { low = sine } else { high = sine }
+        }
+        prop_assert!((f64::from((link.wi.with_y(0.0)).length()) - low).abs() < 1e-4, "{} {}", link.wi, low);
+        let numeric = numeric_geometry((&scene, &*tracer), from, target, Through::Passage, 4e-3).unwrap();
+        prop_assert!((link.geometry / numeric - 1.0).abs() < 0.02, "{} {}", link.geometry, numeric);
+    }
+
+    /// By a ball: as short as any way, and 𝒢 as by a numeric derivative; also to directions.
+    #[test]
+    fn balls_reflect(from in vector(-3.0, 3.0), to in vector(-3.0, 3.0), distant in any::<bool>()) {
+        let scene = ball(mirror(), 5, true);
+        let tracer = tracer(&scene);
+        prop_assume!(from.length() > 1.3 && to.length() > 1.3);
+        let target = if distant {
+            Target::Direction(to.normalize())
+        } else {
+            // The light looks at the ball.
+            point(to, -to.normalize())
+        };
+        let length = |p: Vec3| match target {
+            Target::Point { position, .. } => from.distance(p) + position.distance(p),
+            Target::Direction(d) => from.distance(p) - d.dot(p),
+        };
+        // The shortest way by the side that both see.
+        let seen = |p: Vec3| p.dot(from - p) > 0.0 && p.dot(target.towards(p)) > 0.0;
+        let mut rng = Rng(7);
+        let mut best = (f32::INFINITY, Vec3::ZERO, 1.0);
+        for round in 0..3000 {
+            let p = if round < 2000 { rng.unit_vector() } else { (best.1 + rng.unit_vector() * best.2).normalize() };
+            if round >= 2000 { best.2 *= 0.995; }
+            if seen(p) && length(p) < best.0 {
+                best = (length(p), p, best.2);
+            }
+        }
+        let p = best.1;
+        // Grazing ones lie between triangles.
+        prop_assume!(best.0.is_finite() && p.dot((from - p).normalize()) > 0.4);
+        let link = walk((&scene, &*tracer), from, target, single()).unwrap();
+        prop_assert!(link.free && link.wi.distance((p - from).normalize()) < 4e-3, "{} {}", link.wi, p - from);
+        let numeric = numeric_geometry((&scene, &*tracer), from, target, single(), 0.02).unwrap();
+        prop_assert!((link.geometry / numeric - 1.0).abs() < 0.1, "{} {}", link.geometry, numeric);
+    }
+
+    /// Through a prism, whose sides are not parallel: 𝒢 as by a numeric derivative, both ways round.
+    #[test]
+    fn prisms_refract(from in vector(-0.3, 0.3), to in vector(-0.3, 0.3), ior in 1.1f32..1.6, back in any::<bool>()) {
+        let (from, to) = (from - Vec3::X * 3.0, to + Vec3::new(3.0, -0.5, 0.0));
+        let (from, to) = if back { (to, from) } else { (from, to) };
+        // An upright wedge, sharp at the top.
+        let corner = |x: f32, y: f32, z: f32| [x, y, z];
+        let side = |z: f32| [corner(-0.5, -3.0, z), corner(0.5, -3.0, z), corner(0.0, 3.0, z)];
+        let ([a, b, c], [d, e, f]) = (side(5.0), side(-5.0));
+        let sides = [vec![a, b, c], vec![e, d, f], vec![b, e, f, c], vec![d, a, c, f], vec![d, e, b, a]];
+        let sides: Vec<_> = sides.iter().map(|side| (&side[..], 0)).collect();
+        let scene = polygons(&sides, vec![glass(ior)], &settings());
+        prop_assert_eq!(scene.reflectors.list().len(), 5);
+        let tracer = tracer(&scene);
+        let scene = (&scene, &*tracer);
+        for target in [point(to, (from - to).normalize()), Target::Direction((to - from).normalize())] {
+            let link = walk(scene, from, target, Through::Passage).unwrap();
+            prop_assert_eq!(link.vertices, 2);
+            let numeric = numeric_geometry(scene, from, target, Through::Passage, 1e-2).unwrap();
+            prop_assert!((link.geometry / numeric - 1.0).abs() < 0.03, "{} {}", link.geometry, numeric);
+        }
+    }
+}
+
+/// Through a ball there may be several ways: that is left to BSDF sampling.
+#[test]
+fn balls_let_no_walks_pass() {
+    let scene = ball(glass(1.5), 4, true);
+    let tracer = tracer(&scene);
+    let target = point(Vec3::new(0.1, 0.0, 3.0), Vec3::NEG_Z);
+    let link = walk(
+        (&scene, &*tracer),
+        Vec3::new(0.0, 0.2, -3.0),
+        target,
+        Through::Passage,
+    );
+    assert!(link.is_err());
+}
+
+/// Reflectors are what they are: connected, planes merged, relief and rough ones left out.
+#[test]
+fn reflectors_are_found() {
+    let (floor, wall) = (
+        square(Vec3::ZERO, Vec3::Y, 8.0),
+        square(Vec3::ZERO, Vec3::X, 8.0),
+    );
+    let rough = MtlMaterial {
+        pr: Some(0.5),
+        ..mirror()
+    };
+    let scene = polygons(
+        &[(&floor, 0), (&wall, 1)],
+        vec![mirror(), rough],
+        &settings(),
+    );
+    let list = scene.reflectors.list();
+    assert_eq!(list.len(), 1);
+    assert!(list[0].triangles == 2 && (list[0].area - 256.0).abs() < 1e-2);
+
+    let round = ball(mirror(), 3, true);
+    assert_eq!(round.reflectors.list().len(), 1);
+    assert!(
+        matches!(&round.reflectors.list()[0].form, Form::Curved(curved) if curved.points.len() > 20)
+    );
+    let faceted = ball(mirror(), 1, false);
+    assert!(faceted.reflectors.list().len() > 8);
+}
+
+/// How often reflectors are chosen is what their probabilities say, which add to at most 1.
+#[test]
+fn choices_have_their_probabilities() {
+    let scene = shipped("mirrors", 8, 8);
+    let mut rng = Rng(3);
+    let mut chosen_pairs = 0;
+    for _ in 0..300 {
+        let mut inside = || {
+            Vec3::new(
+                rng.next() * 1.9 - 0.95,
+                rng.next() * 1.9 + 0.05,
+                rng.next() * 1.9 - 0.95,
+            )
+        };
+        let (from, to) = (inside(), inside());
+        let target = point(to, Vec3::NEG_Y);
+        let from = Vec3x8::splat(from);
+        let targets = Targets::gather(|_| Some(target));
+        for always in [false, true] {
+            let mut counts: Vec<(Sequence, f32, f32)> = Vec::new();
+            const STEPS: usize = 64;
+            for step in 0..STEPS {
+                let u = f32x8::from_lanes(|lane| (8 * step + lane) as f32 / (8 * STEPS) as f32);
+                let choice = scene.reflectors.choose(from, &targets, 255, u, always);
+                let again = scene
+                    .reflectors
+                    .probability(&choice.by, from, &targets, always);
+                for lane in 0..8 {
+                    let Some(by) = choice.by[lane] else { continue };
+                    let p = choice.probability.lane(lane);
+                    assert_eq!(p, again.lane(lane));
+                    match counts.iter_mut().find(|c| c.0 == by) {
+                        Some(count) => count.2 += 1.0,
+                        None => counts.push((by, p, 1.0)),
+                    }
+                }
+            }
+            let total: f32 = counts.iter().map(|c| c.1).sum();
+            assert!(
+                total < 1.0001 && !(always && !counts.is_empty() && total < 0.99),
+                "{total}"
+            );
+            for (by, p, count) in counts {
+                chosen_pairs += usize::from(by.numbers().len() == 2);
+                assert!((count / (8 * STEPS) as f32 - p).abs() < 4e-3, "{by:?}: {p}");
+            }
+        }
+    }
+    assert!(chosen_pairs > 0);
+}
