@@ -32,8 +32,8 @@ pub struct Start {
 /// By what a chain goes; with the target it leaves at most one chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Through {
-    /// Straight on: all that lies between vertex and target is flat and lets light pass. (Through what is curved there
-    /// may be several ways, and where these meet light is focused and shifts by half vectors are better.)
+    /// Straight on: all that lies between vertex and target lets light pass and does not focus it. (Through curved glass
+    /// there may be several ways, and where these meet light is focused, and half vectors copied are the better shift.)
     Passage,
     /// Reflections at these reflectors, and nothing else.
     Mirrors(Sequence),
@@ -62,7 +62,7 @@ pub struct Link {
 pub enum Failure {
     /// There is nowhere to begin, or a ray missed what it had to meet.
     Missed,
-    /// Something opaque is in the way, or something curved that lets light pass.
+    /// Something opaque is in the way, or curved glass.
     Opaque,
     /// Total internal reflection.
     Reflected,

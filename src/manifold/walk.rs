@@ -102,8 +102,7 @@ impl Walk {
         let behind = |hit: &Hit| hit.t >= self.target.from(self.shot.position).1;
         let reflector = |hit: &Hit| scene.reflectors.of(hit.triangle);
         let goes_on = hit.filter(|hit| reflector(hit).is_some() && !behind(hit));
-        if goes_on.is_some_and(|hit| reflector(&hit).is_some_and(|r| scene.reflectors.is_curved(r)))
-        {
+        if goes_on.is_some_and(|hit| reflector(&hit).is_some_and(|r| scene.reflectors.focuses(r))) {
             return Outcome::Failed(Failure::Opaque);
         }
         if let Some(hit) = goes_on

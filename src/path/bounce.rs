@@ -402,7 +402,7 @@ impl<const N: usize> Flight<N> {
         let mut other_kind = 0;
         if context.walks {
             block.passages.arrive_own(scene, j, &hits, same);
-            other_kind = block.passages.flat_alone(j);
+            other_kind = block.passages.spared_alone(j);
             if scene.environment.map().is_none() {
                 // No walk leads to the environment.
                 other_kind &= !self.environment;

@@ -76,9 +76,9 @@ impl Chains {
         let Some(chain) = self.list.get_mut(at as usize) else {
             return NONE;
         };
-        let curved = |r: u32| scene.reflectors.is_curved(r);
+        let focuses = |r: u32| scene.reflectors.focuses(r);
         chain.through = match (chain.through, chain.reflector, transmits) {
-            (None | Some(Through::Passage), Some(r), true) if !curved(r) => Some(Through::Passage),
+            (None | Some(Through::Passage), Some(r), true) if !focuses(r) => Some(Through::Passage),
             (None, Some(reflector), false) => Some(Through::Mirrors(Sequence::of(reflector))),
             (Some(Through::Mirrors(so_far)), Some(reflector), false) => match so_far.and(reflector)
             {
@@ -131,15 +131,15 @@ impl Chains {
     }
 }
 
-/// Of paths that have done nothing but pass since their last rough vertices: which have met what is curved. Those that
+/// Of paths that have done nothing but pass since their last rough vertices: which have met what focuses. Those that
 /// have not are a walk's, with the walk's shift; the others copy half vectors. A copy must be of its base path's kind,
 /// or the shift could not be undone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passages<const N: usize> {
     /// The lanes of base paths that have done nothing but pass.
     passing: u32,
-    /// The lanes in which something is curved.
-    curved: u32,
+    /// The lanes in which something focuses.
+    focused: u32,
     /// The same of the offset paths.
     offsets: [u32; N],
 }
@@ -147,41 +147,40 @@ pub(super) struct Passages<const N: usize> {
 impl<const N: usize> Passages<N> {
     pub(super) const NONE: Self = Self {
         passing: 0,
-        curved: 0,
+        focused: 0,
         offsets: [0; N],
     };
 
     /// The base paths have scattered: those that `begin` leave rough vertices, those that `pass` go on as before.
     pub(super) fn scatter(&mut self, begin: u32, pass: u32) {
         self.passing = begin | self.passing & pass;
-        self.curved &= !begin;
+        self.focused &= !begin;
         self.offsets.iter_mut().for_each(|bits| *bits &= !begin);
     }
 
     /// The base paths have arrived at `surfaces`.
     pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32) {
-        self.curved |= curved(scene, hits, surfaces & self.passing);
+        self.focused |= focusing(scene, hits, surfaces & self.passing);
     }
 
     /// The offset paths `j` have arrived at `surfaces`.
     pub(super) fn arrive_own(&mut self, scene: &Scene, j: usize, hits: &HitsX8, surfaces: u32) {
-        self.offsets[j] |= curved(scene, hits, surfaces & self.passing);
+        self.offsets[j] |= focusing(scene, hits, surfaces & self.passing);
     }
 
-    /// The lanes in which an offset path `j` has done nothing but pass through what is flat, and its base path has
-    /// not.
-    pub(super) fn flat_alone(&self, j: usize) -> u32 {
-        self.passing & self.curved & !self.offsets[j]
+    /// The lanes in which an offset path `j` has met nothing that focuses, and its base path has.
+    pub(super) fn spared_alone(&self, j: usize) -> u32 {
+        self.passing & self.focused & !self.offsets[j]
     }
 }
 
-/// The lanes of `surfaces` in which these are curved reflectors.
-fn curved(scene: &Scene, hits: &HitsX8, surfaces: u32) -> u32 {
-    let is_curved = |lane: &usize| {
+/// The lanes of `surfaces` in which these focus what passes.
+fn focusing(scene: &Scene, hits: &HitsX8, surfaces: u32) -> u32 {
+    let focuses = |lane: &usize| {
         let reflector = scene.reflectors.of(hits.triangle[*lane]);
-        reflector.is_some_and(|r| scene.reflectors.is_curved(r))
+        reflector.is_some_and(|r| scene.reflectors.focuses(r))
     };
     lanes_of(surfaces)
-        .filter(is_curved)
+        .filter(focuses)
         .fold(0, |bits, lane| bits | 1 << lane)
 }

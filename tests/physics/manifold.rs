@@ -336,6 +336,34 @@ fn balls_let_no_walks_pass() {
         Through::Passage,
     );
     assert!(link.is_err());
+
+    // A thin shell, however curved, bends nothing: an open one, as closed ones are bodies.
+    let dome = |u: f32, v: f32| Vec3::new(v.sin() * u.cos(), v.sin() * u.sin(), v.cos()).to_array();
+    let mut patches = Vec::new();
+    for (i, j) in (0..12).flat_map(|i| (0..6).map(move |j| (i as f32, j as f32))) {
+        let corner = |i: f32, j: f32| dome(i * std::f32::consts::TAU / 12.0, 0.02 + j * 0.25);
+        patches.push([
+            corner(i, j),
+            corner(i, j + 1.0),
+            corner(i + 1.0, j + 1.0),
+            corner(i + 1.0, j),
+        ]);
+    }
+    let patches: Vec<_> = patches.iter().map(|p| (&p[..], 0)).collect();
+    let scene = polygons(&patches, vec![glass(1.5)], &settings());
+    let tracer = crate::common::tracer(&scene);
+    let (from, to) = (Vec3::new(0.1, 0.2, 0.0), Vec3::new(0.3, -0.1, 3.0));
+    let link = walk(
+        (&scene, &*tracer),
+        from,
+        point(to, Vec3::NEG_Z),
+        Through::Passage,
+    )
+    .unwrap();
+    assert!(link.wi.distance((to - from).normalize()) < 1e-6 && link.free);
+    let way = to - from;
+    let expected = way.normalize().z / way.length_squared();
+    assert!((link.geometry / expected - 1.0).abs() < 1e-4);
 }
 
 /// Reflectors are what they are: connected, planes merged, relief and rough ones left out.

@@ -92,7 +92,7 @@ pub struct Reflectors {
     /// That of each triangle, or [`NONE`]; empty where there is none at all.
     of_triangle: Vec<u32>,
     list: Vec<Reflector>,
-    /// What encloses the flat ones that let light pass.
+    /// What encloses those that let light pass and do not focus it.
     passages: Vec<Bounds>,
     /// Planes that may show what others show: the first met and the second.
     pairs: Vec<[u32; 2]>,
@@ -119,6 +119,8 @@ pub struct Reflector {
     reflectance: f32,
     /// Whether it reflects that everywhere, as metal does, not more at grazing angles.
     is_metal: bool,
+    /// See [`Reflectors::focuses`].
+    focuses: bool,
     bounds: Bounds,
 }
 
@@ -181,6 +183,8 @@ impl Sequence {
 const NONE: u32 = u32::MAX;
 /// From so many on the choice is by place.
 const MANY: usize = 17;
+/// Of so many, [`Reflectors::worth`].
+const WORTH_OF_MANY: f32 = 0.25;
 /// Most pairs of planes to choose from; of more, none is chosen.
 const PAIRS: usize = 15;
 /// Points of a curved reflector where a search may begin.
@@ -264,10 +268,7 @@ impl Reflectors {
         }
 
         // What lets light pass, and the choice among many.
-        let passing = |r: &&Reflector| {
-            let is_mirror = matches!(materials[r.material as usize].bsdf, Bsdf::Mirror { .. });
-            !is_mirror && matches!(r.form, Form::Plane(_))
-        };
+        let passing = |r: &&Reflector| !r.is_metal && !r.focuses;
         let mut passages: Vec<Bounds> = list.iter().filter(passing).map(|r| r.bounds).collect();
         if passages.len() > BOXES {
             passages = vec![passages.into_iter().fold(EMPTY, around)];
@@ -331,25 +332,29 @@ impl Reflectors {
         reflector.filter(|&r| r != NONE)
     }
 
-    /// Whether a reflector is curved.
+    /// Whether a reflector focuses what passes, as curved glass does: a thin pane does not, however curved.
     #[inline]
-    pub fn is_curved(&self, reflector: u32) -> bool {
-        matches!(self.list[reflector as usize].form, Form::Curved(_))
+    pub fn focuses(&self, reflector: u32) -> bool {
+        self.list[reflector as usize].focuses
     }
 
-    /// How much of the light they reflect where there is much, in (0, 1]: so often it is worth a try.
+    /// So often it is worth a try to look for light in them, in (0, 1]: by how much they reflect where there is much;
+    /// less often where there are many, each of which shows little.
     #[inline]
     pub fn worth(&self) -> f32 {
-        if self.grid.is_some() { 1.0 } else { self.worth }
+        match &self.grid {
+            Some(_) => WORTH_OF_MANY,
+            None => self.worth,
+        }
     }
 
-    /// Whether any flat one lets light pass.
+    /// Whether any lets light pass and does not focus it.
     #[inline]
     pub fn let_light_pass(&self) -> bool {
         !self.passages.is_empty()
     }
 
-    /// Whether anything flat that lets light pass may lie between `from` and `target`.
+    /// Whether anything that lets light pass and does not focus it may lie between `from` and `target`.
     #[inline]
     pub fn may_pass(&self, from: Vec3, target: &Target) -> bool {
         let (direction, length) = match *target {
@@ -397,8 +402,10 @@ impl Reflector {
             Bsdf::Thin { ior, .. } => (2.0 * fresnel::dielectric(1.0, ior), false),
             ref bsdf => (bsdf.colour().element_sum() / 3.0, true),
         };
+        let is_glass = matches!(materials[material as usize].bsdf, Bsdf::Glass { .. });
         Self {
             material,
+            focuses: is_glass && !is_plane,
             triangles: triangles.len() as u32,
             area: triangles.iter().map(|&t| mesh.area(t)).sum(),
             form,
