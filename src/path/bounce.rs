@@ -143,6 +143,8 @@ impl<const N: usize> BasePaths<N> {
         self.found.clear();
         for (index, (&at, flight)) in self.live.iter().zip(&mut self.flights).enumerate() {
             let block = &mut self.blocks[at as usize];
+            // Of the paths that were here before.
+            (flight.by_chain, flight.walked) = (0, 0);
             let ScatteringX8 { wi, pdf, .. } = flight.scattering;
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
             let rough = flight.alive & block.vertices.rough & !flight.scattering.delta;
@@ -170,7 +172,6 @@ impl<const N: usize> BasePaths<N> {
             let mut next = VerticesX8::NONE;
             arrival.put::<DIFFUSE>(scene, &hits, &mut next);
             if !DIFFUSE && context.walks {
-                flight.by_chain = 0;
                 for lane in lanes_of(arrival.ends) {
                     let in_chain = self.chains.get(block.chain[lane]).is_some();
                     if let Some(end) = light_end(scene, &hits, lane).filter(|_| in_chain) {
@@ -188,7 +189,9 @@ impl<const N: usize> BasePaths<N> {
                         block.chain[lane] = self.chains.begin(start, wi, pdf, note);
                     }
                 }
-                block.passages.arrive(scene, &hits, arrival.surfaces);
+                block
+                    .passages
+                    .arrive(scene, &hits, arrival.surfaces, next.rough);
                 let surfaces = (arrival.surfaces, next.rough);
                 self.chains.arrive(scene, &mut block.chain, &hits, surfaces);
             }

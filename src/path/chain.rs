@@ -158,8 +158,10 @@ impl<const N: usize> Passages<N> {
         self.offsets.iter_mut().for_each(|bits| *bits &= !begin);
     }
 
-    /// The base paths have arrived at `surfaces`.
-    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32) {
+    /// The base paths have arrived at `surfaces`. Those that are rough end chains, also where light passes them
+    /// straight.
+    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32, rough: u32) {
+        self.passing &= !(surfaces & rough);
         self.focused |= focusing(scene, hits, surfaces & self.passing);
     }
 

@@ -276,13 +276,15 @@ impl Reflectors {
         let mut pairs = Vec::new();
         for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
             if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
+                && a != b
                 && p.is_seen_from(&list[b].bounds)
                 && q.is_seen_from(&list[a].bounds)
             {
                 pairs.push([a as u32, b as u32]);
             }
         }
-        if pairs.len() > PAIRS {
+        // Among many, single ones alone are chosen.
+        if pairs.len() > PAIRS || list.len() >= MANY {
             pairs.clear();
         }
         let grid = (list.len() >= MANY).then(|| {
