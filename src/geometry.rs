@@ -29,6 +29,26 @@ pub fn offset_origin<F: Float>(
     p + ng * side
 }
 
+/// A point of a surface, for rays that begin or end there.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<F: Float> {
+    /// Where it is.
+    pub position: Vector<F>,
+    /// Unit geometric normal.
+    pub ng: Vector<F>,
+    /// Distance by which rays start off the surface, or end before it.
+    pub offset: F,
+}
+
+/// Origin and direction of the ray from one surface to just before another, which is reached at length 1.
+#[inline(always)]
+pub fn segment<F: Float>(from: Site<F>, to: Site<F>) -> (Vector<F>, Vector<F>) {
+    let towards = to.position - from.position;
+    let origin = offset_origin(from.position, from.ng, from.offset, towards);
+    let end = offset_origin(to.position, to.ng, to.offset, -towards);
+    (origin, end - origin)
+}
+
 /// A point on a surface, as it is seen from another point.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<F: Float = f32> {

@@ -14,7 +14,7 @@ pub fn schlick<F: Float>(f0: Vector<F>, cos: F) -> Vector<F> {
 
 /// The fifth power of a number that is clamped to [0, 1] before.
 #[inline(always)]
-pub(super) fn fifth_power<F: Float>(x: F) -> F {
+pub fn fifth_power<F: Float>(x: F) -> F {
     let m = x.clamped();
     m * m * m * m * m
 }

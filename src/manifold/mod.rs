@@ -94,8 +94,7 @@ pub struct Walks {
     /// Those that have arrived, and their last segments.
     arrived: Vec<u32>,
     ends: AnyBatch,
-    /// Rays traced since the last time this was taken, see [`RayKind::index`].
-    pub traced: [u64; RayKind::ALL.len()],
+    traced: [u64; RayKind::ALL.len()],
 }
 
 impl Walks {
@@ -161,6 +160,11 @@ impl Walks {
                 link.free = !self.ends.is_blocked(walk.end);
             }
         }
+    }
+
+    /// Rays traced since the last time, see [`RayKind::index`].
+    pub fn take_traced(&mut self) -> [u64; RayKind::ALL.len()] {
+        std::mem::take(&mut self.traced)
     }
 
     /// The chain of a walk that has ended.

@@ -2,7 +2,7 @@
 
 use super::{Failure, Start};
 use crate::bsdf::{Bsdf, Lobe, fresnel};
-use crate::geometry::offset_origin;
+use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::Vector;
 use crate::scene::Scene;
 use crate::scene::reflectors::Target;
@@ -48,30 +48,31 @@ impl Shot {
     }
 
     pub(super) fn ray(&self) -> Ray {
-        Ray::without_end(
-            origin(self.position, self.ng, self.offset, self.direction),
-            self.direction,
-        )
+        self.ray_along(self.direction)
+    }
+
+    fn ray_along(&self, direction: Vec3) -> Ray {
+        let from = site(self.position, self.ng, self.offset);
+        let origin = offset_origin(from.position, from.ng, from.offset, direction.into());
+        Ray::without_end(origin.into(), direction)
     }
 
     /// The ray of the last segment.
     pub(super) fn last(&self, target: &Target) -> Ray {
         match *target {
-            Target::Direction(direction) => Ray::without_end(
-                origin(self.position, self.ng, self.offset, direction),
-                direction,
-            ),
+            Target::Direction(direction) => self.ray_along(direction),
             Target::Point {
                 position,
                 ng,
                 offset,
             } => {
-                let towards = position - self.position;
-                let from = origin(self.position, self.ng, self.offset, towards);
-                let to = origin(position, ng, offset, -towards);
+                let (origin, direction) = segment(
+                    site(self.position, self.ng, self.offset),
+                    site(position, ng, offset),
+                );
                 Ray {
-                    origin: from,
-                    direction: to - from,
+                    origin: origin.into(),
+                    direction: direction.into(),
                     length: 1.0,
                 }
             }
@@ -176,8 +177,12 @@ impl Shot {
     }
 }
 
-fn origin(p: Vec3, ng: Vec3, distance: f32, towards: Vec3) -> Vec3 {
-    offset_origin::<f32>(p.into(), ng.into(), distance, towards.into()).into()
+fn site(position: Vec3, ng: Vec3, offset: f32) -> Site<f32> {
+    Site {
+        position: position.into(),
+        ng: ng.into(),
+        offset,
+    }
 }
 
 impl Target {

@@ -10,7 +10,7 @@ use crate::vertex::End;
 use glam::{Vec2, Vec3};
 
 /// Most vertices of a chain.
-pub const MOST_VERTICES: u32 = 8;
+const MOST_VERTICES: u32 = 8;
 /// Most rays of a walk from its vertex.
 const MOST_SHOTS: u32 = 16;
 /// A walk has arrived that misses its target by this angle.
@@ -100,12 +100,12 @@ impl Walk {
 
     fn pass(&mut self, scene: &Scene, hit: Option<Hit>) -> Outcome {
         let behind = |hit: &Hit| hit.t >= self.target.from(self.shot.position).1;
-        let reflector = |hit: &Hit| scene.reflectors.of(hit.triangle);
-        let goes_on = hit.filter(|hit| reflector(hit).is_some() && !behind(hit));
-        if goes_on.is_some_and(|hit| reflector(&hit).is_some_and(|r| scene.reflectors.focuses(r))) {
+        let before = hit.filter(|hit| !behind(hit));
+        let reflector = before.and_then(|hit| scene.reflectors.of(hit.triangle));
+        if reflector.is_some_and(|r| scene.reflectors.focuses(r)) {
             return Outcome::Failed(Failure::Opaque);
         }
-        if let Some(hit) = goes_on
+        if let (Some(hit), Some(_)) = (before, reflector)
             && let End::Surface(vertex) = End::new(scene, Some(hit), self.shot.direction)
             && vertex.bsdf(scene).has(Lobe::Transmission)
         {
@@ -150,14 +150,14 @@ impl Walk {
         if !nearer {
             return self.retreat(Failure::Unsolved);
         }
-        // How the miss changes: the ray turns, and the target is seen from elsewhere.
-        let per_distance = 1.0 / distance;
-        let change = [0, 1].map(|i| across(shot.turned[i] + shot.moved[i] * per_distance));
-        let determinant = change[0].perp_dot(change[1]);
         if angle < NEAR {
             self.result = self.arrive(there, distance);
             return false;
         }
+        // How the miss changes: the ray turns, and the target is seen from elsewhere.
+        let per_distance = 1.0 / distance;
+        let change = [0, 1].map(|i| across(shot.turned[i] + shot.moved[i] * per_distance));
+        let determinant = change[0].perp_dot(change[1]);
         let miss = sine * (angle / length);
         let step = Vec2::new(change[1].perp_dot(miss), miss.perp_dot(change[0])) / determinant;
         if !step.is_finite() || self.shots == MOST_SHOTS {

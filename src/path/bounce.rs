@@ -2,7 +2,8 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
-use super::manifold::{Found, Kept, light_end, start};
+use super::link::{light_end, start};
+use super::manifold::{Found, Kept};
 use super::{Context, Counts, trace_any, trace_closest};
 use crate::gradient::{Base, Shift};
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};

@@ -108,7 +108,7 @@ impl Chains {
         }
     }
 
-    /// Moves the chains `at` in the lanes `rays` to what they have hit. They end at the surfaces `surfaces` that are
+    /// Moves the chains `at` to what they have hit. They end at the surfaces `surfaces` that are
     /// rough or spread light.
     pub(super) fn arrive(
         &mut self,

@@ -20,10 +20,7 @@ pub struct Counts {
 impl Counts {
     /// Adds what another tile counted.
     pub fn add(&mut self, other: &Counts) {
-        self.rays
-            .iter_mut()
-            .zip(other.rays)
-            .for_each(|(a, b)| *a += b);
+        self.add_rays(other.rays);
         self.deaths
             .iter_mut()
             .zip(other.deaths)
@@ -34,6 +31,11 @@ impl Counts {
             .iter()
             .flatten()
             .for_each(|&d| self.note_dropped(d));
+    }
+
+    /// Adds rays by kind.
+    pub(super) fn add_rays(&mut self, rays: [u64; RayKind::ALL.len()]) {
+        self.rays.iter_mut().zip(rays).for_each(|(a, b)| *a += b);
     }
 
     /// Counts dead shifts, one for each bit of `lanes`.

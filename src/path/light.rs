@@ -197,7 +197,7 @@ impl<const N: usize> BasePaths<N> {
         let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
         draw(live.map(|block| &block.samplers), k, &mut self.numbers);
         self.lights.resize(self.live.len(), LightBlock::DARK);
-        let through_glass = !DIFFUSE && context.walks && scene.reflectors.let_light_pass();
+        let through_glass = !DIFFUSE && context.walks_through_glass();
         self.unseen.clear();
         let own = Own {
             grid: &self.grid,

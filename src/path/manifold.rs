@@ -10,160 +10,15 @@
 use super::Context;
 use super::base::{BasePaths, Block};
 use super::chain::NONE;
+use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start};
 use crate::gradient::{Base, Shift};
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
-use crate::manifold::{Start, Through, Walks};
-use crate::sampler::{self, Dimension, Sampler};
+use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
+use crate::manifold::{Through, Walks};
 use crate::scene::Scene;
-use crate::scene::light::{LightEnd, LightSamplesX8};
-use crate::scene::reflectors::{Choice, Target, Targets};
+use crate::scene::light::LightEnd;
 use crate::shift::{Death, OffsetsX8};
-use crate::trace::rays::HitsX8;
-use crate::vertex::{End, VerticesX8};
+use crate::vertex::VerticesX8;
 use wide::f32x8;
-
-/// The numbers for light sampling through mirrors at x_k.
-pub(super) fn draw<'a>(
-    samplers: impl IntoIterator<Item = &'a [Sampler; LANES]>,
-    k: u32,
-    numbers: &mut Vec<[f32x8; 4]>,
-) {
-    sampler::draw_blocks(samplers, Dimension::Mirrored(k), [0, 1, 2, 3], numbers);
-}
-
-/// Where a walk from the vertex in a lane, x_k, begins.
-pub(super) fn start(vertices: &VerticesX8, lane: usize, k: u32) -> Start {
-    Start {
-        position: vertices.position.lane(lane),
-        ng: vertices.ng.lane(lane),
-        offset: vertices.offset.lane(lane),
-        k,
-    }
-}
-
-/// A walk to be made from a vertex in a lane: to where, and by what.
-pub(super) type Way = (LightEnd, Through);
-
-/// Ways to samples of light by mirrors from the vertices in `lanes`, where they are tried, and the probabilities
-/// P(σ) of that; with `u` in [0, 1).
-pub(super) fn by_mirrors(
-    context: Context,
-    from: Vec3x8,
-    light: &LightSamplesX8,
-    lanes: u32,
-    u: f32x8,
-) -> ([Option<Way>; LANES], f32x8) {
-    let lanes = lanes & light.holds.to_bitmask();
-    let targets = Targets {
-        place: light.position,
-        distant: mask_of(light.sky),
-    };
-    let reflectors = &context.scene.reflectors;
-    let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
-    let probability = probability * f32x8::splat(context.tried());
-    let way = |lane: usize| Some((light.lane(lane)?, Through::Mirrors(by[lane]?)));
-    (std::array::from_fn(way), probability)
-}
-
-/// The probabilities P(σ) of trying these ways from the points `from`.
-pub(super) fn probability(context: Context, from: Vec3x8, ways: &[Option<Way>; LANES]) -> f32x8 {
-    let mirrors = ways.map(|way| match way {
-        Some((_, Through::Mirrors(by))) => Some(by),
-        _ => None,
-    });
-    let mut probability = f32x8::ONE;
-    if mirrors.iter().any(Option::is_some) {
-        let targets = Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
-        let reflectors = &context.scene.reflectors;
-        let by_mirrors = reflectors.probability(&mirrors, from, &targets, context.always());
-        let lanes = (0..LANES).fold(0, |bits, lane| {
-            bits | u32::from(mirrors[lane].is_some()) << lane
-        });
-        let by_mirrors = by_mirrors * f32x8::splat(context.tried());
-        probability = mask_of(lanes).select(by_mirrors, probability);
-    }
-    probability
-}
-
-/// The light that the ray in a lane has met, if light sampling could have chosen it.
-pub(super) fn light_end(scene: &Scene, hits: &HitsX8, lane: usize) -> Option<LightEnd> {
-    match End::in_lane(scene, hits, lane) {
-        End::Light(light) => Some(LightEnd {
-            target: Target::Point {
-                position: light.position,
-                ng: light.ng,
-                offset: light.offset,
-            },
-            radiance: light.radiance,
-            triangle: Some(light.triangle),
-        }),
-        End::Environment(direction) => scene.environment.map().map(|_| LightEnd {
-            target: Target::Direction(direction),
-            radiance: scene.environment.radiance(direction),
-            triangle: None,
-        }),
-        End::Surface(_) => None,
-    }
-}
-
-/// The chains of eight vertices to light, in lanes.
-pub(super) struct LinksX8 {
-    /// Unit directions at the vertices.
-    pub(super) wi: Vec3x8,
-    /// What arrives per measure of the end: radiance, coefficients and 𝒢.
-    pub(super) arriving: Vec3x8,
-    /// The probabilities of the lobes, and 𝒢.
-    pub(super) per_pdf: f32x8,
-    /// The densities p_L P(σ).
-    pub(super) by_walk: f32x8,
-    /// The lanes with a chain that is no longer than paths may be.
-    pub(super) holds: u32,
-    /// Of these the lanes whose last segment is free.
-    pub(super) free: u32,
-}
-
-impl LinksX8 {
-    /// What has become of `walks` in `lanes`, from the vertices `from`, which are x_k; `probability` is that of the
-    /// ways, P(σ).
-    pub(super) fn new(
-        context: Context,
-        solved: &Walks,
-        (from, k): (&VerticesX8, u32),
-        walks: &[u32; LANES],
-        (ways, probability): (&[Option<Way>; LANES], f32x8),
-        lanes: u32,
-    ) -> Self {
-        let mut links = Self {
-            wi: Vec3x8::ZERO,
-            arriving: Vec3x8::ZERO,
-            per_pdf: f32x8::ZERO,
-            by_walk: f32x8::ZERO,
-            holds: 0,
-            free: 0,
-        };
-        for lane in lanes_of(lanes) {
-            let (Ok(link), Some((end, _))) = (solved.link(walks[lane]), &ways[lane]) else {
-                continue;
-            };
-            if k + link.vertices + 1 > context.settings.depth {
-                continue;
-            }
-            links.wi.set(lane, link.wi);
-            links
-                .arriving
-                .set(lane, end.radiance * link.factor * link.geometry);
-            links
-                .per_pdf
-                .set_lane(lane, link.probability * link.geometry);
-            let by_light = context.scene.light_density(end, from.position.lane(lane));
-            links.by_walk.set_lane(lane, by_light);
-            links.holds |= 1 << lane;
-            links.free |= u32::from(link.free) << lane;
-        }
-        links.by_walk *= probability;
-        links
-    }
-}
 
 /// Walks from the vertices of a block and of its offset paths.
 #[derive(Clone)]
@@ -242,8 +97,7 @@ impl<const N: usize> BasePaths<N> {
                     request.ask(scene, &mut self.walks, x, lane, way);
                 }
             }
-            let tried =
-                lanes_of(rough).filter(|&lane| block.samplers[lane].coin(k) < context.tried());
+            let tried = lanes_of(rough).filter(|&lane| context.tries(&block.samplers[lane], k));
             let tried = tried.fold(0, |bits, lane| bits | 1 << lane);
             if tried == 0 {
                 continue;
@@ -380,7 +234,7 @@ impl<const N: usize> BasePaths<N> {
                 let found = match walks.link(request.walks[lane]) {
                     Ok(link) => match self.chains.get(request.chains[lane]) {
                         Some((chain, _)) => chain.is(link),
-                        None => k_fits(context, request.k, link.vertices),
+                        None => fits(context, request.k, link.vertices),
                     },
                     Err(_) => false,
                 };
@@ -399,9 +253,7 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         walks.solve(scene, context.tracer);
-        for (sum, traced) in self.counts.rays.iter_mut().zip(&mut walks.traced) {
-            *sum += std::mem::take(traced);
-        }
+        self.counts.add_rays(walks.take_traced());
         let weights = context.settings.weights;
         for request in requests.iter().filter(|r| r.lanes != 0) {
             let places = self.places(request);
@@ -442,11 +294,6 @@ impl Found {
             end,
         }
     }
-}
-
-/// Whether a path whose chain begins at x_k is no longer than paths may be.
-fn k_fits(context: Context, k: u32, vertices: u32) -> bool {
-    k + vertices < context.settings.depth
 }
 
 impl<const N: usize> Request<N> {
@@ -559,6 +406,3 @@ impl<const N: usize> Places<'_, N> {
         (base, shifts, holds, dead)
     }
 }
-
-/// The light samples of a block, and the lanes of which it is not known that they are seen.
-pub(super) type Unseen = (LightSamplesX8, u32);

@@ -12,6 +12,7 @@ mod chain;
 mod counts;
 mod grid;
 mod light;
+mod link;
 mod manifold;
 mod order;
 mod plain;
@@ -126,9 +127,12 @@ impl<'a> Context<'a> {
             walks: wanted && !scene.reflectors.is_empty() && !scene.lights.is_empty(),
         }
     }
-}
 
-impl Context<'_> {
+    /// Whether walks through glass follow the light step.
+    fn walks_through_glass(&self) -> bool {
+        self.walks && self.scene.reflectors.let_light_pass()
+    }
+
     /// Whether walks through mirrors are made wherever they may lead to light.
     fn always(&self) -> bool {
         self.settings.manifold == Manifold::Always
@@ -141,6 +145,11 @@ impl Context<'_> {
         } else {
             TRIED * self.scene.reflectors.worth()
         }
+    }
+
+    /// Whether a path tries one at x_k.
+    fn tries(&self, sampler: &Sampler, k: u32) -> bool {
+        sampler.coin(k) < self.tried()
     }
 }
 

@@ -5,8 +5,7 @@
 use super::arrival::{Arrival, Left};
 use super::chain::{self, Chains};
 use super::light::{ConnectedX8, shadow_rays};
-use super::manifold::Unseen;
-use super::manifold::{self, LinksX8, Way, light_end, start};
+use super::link::{self, LinksX8, Unseen, Way, light_end, start};
 use super::order::Order;
 use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
@@ -258,7 +257,7 @@ impl PlainPaths {
         self.lit.clear();
         self.shadow.clear();
         self.unseen.clear();
-        let through_glass = !DIFFUSE && context.walks && scene.reflectors.let_light_pass();
+        let through_glass = !DIFFUSE && context.walks_through_glass();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
         light::draw(samplers, k, &mut self.numbers);
         for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
@@ -344,7 +343,7 @@ impl PlainPaths {
         for (at, block) in self.blocks.iter().enumerate() {
             let rough = block.vertices.rough & block.alive;
             for lane in lanes_of(rough & block.throughput.is_not_zero().to_bitmask()) {
-                if block.samplers[lane].coin(k) < context.tried() {
+                if context.tries(&block.samplers[lane], k) {
                     self.tries.push((at as u32, lane as u32));
                 }
             }
@@ -359,12 +358,12 @@ impl PlainPaths {
                 request.index[to] = block.index[from];
                 samplers[to] = block.samplers[from];
             }
-            manifold::draw([&samplers], k, &mut self.numbers);
+            link::draw([&samplers], k, &mut self.numbers);
             let [u0, u1, u2, u3] = self.numbers[0];
             let (from, lanes) = (request.vertices.position, first_lanes(tries.len()));
             let light = scene.sample_lights::<false>(from, lanes, [u0, u1, u2]);
             (request.ways, request.probability) =
-                manifold::by_mirrors(context, from, &light, lanes, u3);
+                link::by_mirrors(context, from, &light, lanes, u3);
             request.ask(context, &mut self.walks, k, lanes);
             if request.lanes != 0 {
                 self.requests.push(request);
@@ -393,15 +392,13 @@ impl PlainPaths {
                 let from = chain.start.position;
                 let mut ways = [None; LANES];
                 ways[0] = Some(found.way);
-                let way = manifold::probability(context, Vec3x8::splat(from), &ways).lane(0);
+                let way = link::probability(context, Vec3x8::splat(from), &ways).lane(0);
                 let by_bsdf = chain.pdf * link.probability * link.geometry;
                 by_walk = way * context.scene.light_density(&found.way.0, from) / by_bsdf;
             }
             self.gathered[found.index as usize] += found.light / (1.0 + by_walk);
         }
-        for (sum, traced) in self.counts.rays.iter_mut().zip(&mut self.walks.traced) {
-            *sum += std::mem::take(traced);
-        }
+        self.counts.add_rays(self.walks.take_traced());
     }
 
     /// Samples the BSDF at x_k; paths that end are left out.

@@ -6,7 +6,7 @@ use super::{End, Vertex};
 use crate::bsdf::packed::{Kind, Kinds, Packed, Texels};
 use crate::bsdf::{Bsdf, Evals, Samples, Texel, lambert};
 use crate::frame::Frame;
-use crate::geometry::offset_origin;
+use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
@@ -556,12 +556,20 @@ impl VerticesX8 {
     /// Rays to just before points on surfaces with normals `ng`.
     #[inline(always)]
     pub fn rays_to(&self, position: Vec3x8, ng: Vec3x8, offset: f32x8) -> RaysX8 {
-        let towards = position - self.position;
-        let origin = offset_origin(self.position, self.ng, self.offset, towards);
-        let end = offset_origin(position, ng, offset, -towards);
+        let from = Site {
+            position: self.position,
+            ng: self.ng,
+            offset: self.offset,
+        };
+        let to = Site {
+            position,
+            ng,
+            offset,
+        };
+        let (origin, direction) = segment(from, to);
         RaysX8 {
             origin,
-            direction: end - origin,
+            direction,
             length: f32x8::ONE,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::plane::Plane;
 use super::{Form, MANY, PAIRS, Reflector, Reflectors, Sequence, Targets};
+use crate::bsdf::fresnel;
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, positive};
 use wide::f32x8;
 
@@ -195,8 +196,6 @@ impl Reflector {
             return least;
         }
         let cos = Vec3x8::splat(plane.normal).dot(way.normalize()).abs();
-        let sine = f32x8::ONE - cos;
-        let grazing = sine * sine * sine * sine * sine;
-        least + (f32x8::ONE - least) * grazing
+        least + (f32x8::ONE - least) * fresnel::fifth_power(f32x8::ONE - cos)
     }
 }

@@ -5,6 +5,7 @@
 //! once, when the scene is built.
 
 mod choice;
+mod connected;
 mod guess;
 mod plane;
 
@@ -14,9 +15,9 @@ pub use plane::Plane;
 use super::light_grid::{Emitter, LightGrid};
 use super::material::{Class, Material};
 use super::mesh::Mesh;
-use super::place::{Place, place};
 use crate::bsdf::{Bsdf, fresnel};
 use crate::lanes::{Float, LANES, Vec3x8, Vector, mask_of};
+use connected::{Edges, Groups};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use wide::f32x8;
@@ -399,15 +400,15 @@ impl Reflector {
                 one_sided: false,
             })
         };
-        let (reflectance, is_metal) = match materials[material as usize].bsdf {
+        let bsdf = &materials[material as usize].bsdf;
+        let (reflectance, is_metal) = match *bsdf {
             Bsdf::Glass { ior, .. } => (fresnel::dielectric(1.0, ior), false),
             Bsdf::Thin { ior, .. } => (2.0 * fresnel::dielectric(1.0, ior), false),
-            ref bsdf => (bsdf.colour().element_sum() / 3.0, true),
+            _ => (bsdf.colour().element_sum() / 3.0, true),
         };
-        let is_glass = matches!(materials[material as usize].bsdf, Bsdf::Glass { .. });
         Self {
             material,
-            focuses: is_glass && !is_plane,
+            focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             triangles: triangles.len() as u32,
             area: triangles.iter().map(|&t| mesh.area(t)).sum(),
             form,
@@ -476,56 +477,6 @@ fn outsides(
         }
     }
     found
-}
-
-/// The edges of triangles, in order, so that those in one place stand together.
-struct Edges(Vec<([u32; 2], u32)>);
-
-impl Edges {
-    /// Those of `members`, by their places in that list.
-    fn new(mesh: &Mesh, members: &[u32]) -> Self {
-        let mut numbers: HashMap<Place, u32> = HashMap::new();
-        let mut edges = Vec::with_capacity(3 * members.len());
-        for (index, &t) in members.iter().enumerate() {
-            let [a, b, c] = mesh.corners(t).map(|p| {
-                let next = numbers.len() as u32;
-                *numbers.entry(place(p)).or_insert(next)
-            });
-            for [a, b] in [[a, b], [b, c], [c, a]] {
-                edges.push(([a.min(b), a.max(b)], index as u32));
-            }
-        }
-        edges.sort_unstable();
-        Self(edges)
-    }
-
-    /// For each edge the triangles that share it.
-    fn shared(&self) -> impl Iterator<Item = &[([u32; 2], u32)]> {
-        self.0.chunk_by(|a, b| a.0 == b.0)
-    }
-}
-
-/// Groups of things that belong together.
-struct Groups(Vec<usize>);
-
-impl Groups {
-    fn new(len: usize) -> Self {
-        Self((0..len).collect())
-    }
-
-    fn find(&mut self, mut index: usize) -> usize {
-        while self.0[index] != index {
-            self.0[index] = self.0[self.0[index]];
-            index = self.0[index];
-        }
-        index
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        // The first of a group stands for it.
-        self.0[a.max(b)] = a.min(b);
-    }
 }
 
 /// Whether all light that meets the material goes on in single directions.
