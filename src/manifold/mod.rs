@@ -53,8 +53,15 @@ pub struct Link {
     pub geometry: f32,
     /// Its vertices m.
     pub vertices: u32,
+    /// By which triangles it goes, see [`trail`].
+    pub trail: u32,
     /// Whether nothing blocks the last segment.
     pub free: bool,
+}
+
+/// A number for the triangles by which a chain goes: that of those before, and one more.
+pub fn trail(before: u32, triangle: u32) -> u32 {
+    (before.rotate_left(5) ^ (triangle + 1)).wrapping_mul(0x9e37_79b9)
 }
 
 /// Why there is no chain.

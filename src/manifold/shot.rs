@@ -1,6 +1,6 @@
 //! A ray through mirrors and glass, with its derivatives by the direction in which it left (Igehy 1999).
 
-use super::{Failure, Start};
+use super::{Failure, Start, trail};
 use crate::bsdf::{Bsdf, Lobe, fresnel};
 use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::Vector;
@@ -27,6 +27,7 @@ pub(super) struct Shot {
     pub(super) factor: Vec3,
     pub(super) probability: f32,
     pub(super) vertices: u32,
+    pub(super) trail: u32,
 }
 
 impl Shot {
@@ -44,6 +45,7 @@ impl Shot {
             factor: Vec3::ONE,
             probability: 1.0,
             vertices: 0,
+            trail: 0,
         }
     }
 
@@ -162,6 +164,7 @@ impl Shot {
             return Err(Failure::Missed);
         }
         self.vertices += 1;
+        self.trail = trail(self.trail, hit.triangle);
         let survival = if k + self.vertices < ROULETTE_FROM {
             1.0
         } else {

@@ -218,6 +218,7 @@ impl Walk {
             probability: shot.probability,
             geometry,
             vertices: shot.vertices,
+            trail: shot.trail,
             free: false,
         })
     }

@@ -2,7 +2,7 @@
 //! it end on a light, this says how a walk would have found it.
 
 use crate::lanes::{LANES, lanes_of};
-use crate::manifold::{Link, Start, Through};
+use crate::manifold::{Link, Start, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::Sequence;
 use crate::trace::rays::HitsX8;
@@ -25,8 +25,11 @@ pub(super) struct Chain {
     pub(super) note: u32,
     /// By what it has gone, once it has scattered.
     through: Option<Through>,
-    /// The reflector at which it is.
+    /// The reflector at which it is, and the triangle.
     reflector: Option<u32>,
+    triangle: u32,
+    /// By which triangles it has gone, see [`trail`].
+    trail: u32,
 }
 
 /// The chains of the paths of a tile.
@@ -38,13 +41,22 @@ pub(super) struct Chains {
 impl Chain {
     /// Whether a walk has found this chain.
     pub(super) fn is(&self, link: &Link) -> bool {
-        // Other chains by the same way are far off, or as good as this.
-        link.free && link.wi.distance_squared(self.wi) < NEAR * NEAR
+        // Others by the same triangles are far off. By others they may be close, as on a finely faceted ball; those
+        // of one chain differ where it meets an edge, by rounding.
+        let near = if link.trail == self.trail {
+            NEAR
+        } else {
+            AS_ROUNDED
+        };
+        link.free && link.wi.distance_squared(self.wi) < near * near
     }
 }
 
-/// Chains are the same whose first directions differ by no more than this.
+/// Chains by the same triangles are the same whose first directions differ by no more than this: by as much as
+/// what a walk may miss is of a wide view that curved mirrors make narrow.
 const NEAR: f32 = 2e-3;
+/// Chains are the same whose first directions differ by no more than rounding.
+const AS_ROUNDED: f32 = 5e-5;
 
 impl Chains {
     /// Forgets all chains.
@@ -61,6 +73,8 @@ impl Chains {
             note,
             through: None,
             reflector: None,
+            triangle: 0,
+            trail: 0,
         });
         (self.list.len() - 1) as u32
     }
@@ -87,6 +101,7 @@ impl Chains {
             },
             _ => return NONE,
         };
+        chain.trail = trail(chain.trail, chain.triangle);
         at
     }
 
@@ -125,7 +140,8 @@ impl Chains {
             if rough >> lane & 1 == 1 || reflector.is_none() {
                 at[lane] = NONE;
             } else {
-                self.list[at[lane] as usize].reflector = reflector;
+                let chain = &mut self.list[at[lane] as usize];
+                (chain.reflector, chain.triangle) = (reflector, hits.triangle[lane]);
             }
         }
     }

@@ -74,6 +74,27 @@ pub fn polygons(
     .unwrap()
 }
 
+/// The triangles of a sphere of radius 1 around 0: those of an octahedron, split in four `level` times.
+pub fn sphere(level: u32) -> Vec<[Vec3; 3]> {
+    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
+    for x in [Vec3::X, Vec3::NEG_X] {
+        for y in [Vec3::Y, Vec3::NEG_Y] {
+            for z in [Vec3::Z, Vec3::NEG_Z] {
+                let outside = x.cross(y).dot(z) > 0.0;
+                triangles.push(if outside { [x, y, z] } else { [x, z, y] });
+            }
+        }
+    }
+    for _ in 0..level {
+        let split = |&[a, b, c]: &[Vec3; 3]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+        };
+        triangles = triangles.iter().flat_map(split).collect();
+    }
+    triangles
+}
+
 pub fn lambert(reflectance: f32) -> MtlMaterial {
     MtlMaterial {
         kd: Some([reflectance; 3]),

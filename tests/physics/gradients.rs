@@ -19,7 +19,7 @@ use gdpt::trace::Traverse;
 use glam::Vec3;
 use std::path::Path;
 
-const SIZE: u32 = 32;
+pub(super) const SIZE: u32 = 32;
 const REGION: usize = 8;
 const SEEDS: u64 = 48;
 const SIGNIFICANCE: f64 = 1e-4;
@@ -50,7 +50,7 @@ fn accumulate(means: &mut Vec<Mean>, images: &[&Image]) {
 }
 
 /// dx, dy and picture by path tracing, by light and BSDF sampling alone.
-fn reference(scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
+pub(super) fn reference(scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
     let render = Render {
         spp: 64,
         manifold: Manifold::Off,
@@ -74,7 +74,13 @@ fn reference_of(render: Render, scene: &Scene, tracer: &dyn Traverse) -> Vec<Mea
     means
 }
 
-fn check(name: &str, weights: Weights, scene: &Scene, tracer: &dyn Traverse, reference: &[Mean]) {
+pub(super) fn check(
+    name: &str,
+    weights: Weights,
+    scene: &Scene,
+    tracer: &dyn Traverse,
+    reference: &[Mean],
+) {
     let render = Render {
         weights,
         ..Render::default()

@@ -2,6 +2,7 @@
 //! with another renderer, also where scenes are hard. Films have the bits that they had.
 
 mod bsdf;
+mod chains;
 mod closed_form;
 #[path = "../common/mod.rs"]
 mod common;

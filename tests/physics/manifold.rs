@@ -1,6 +1,6 @@
 //! Chains of mirrors and glass: 𝒢 against numeric derivatives, answers against closed forms and against a search.
 
-use crate::common::{Rng, cases, polygons, shipped, tracer};
+use crate::common::{Rng, cases, polygons, shipped, sphere, tracer};
 use gdpt::error::Warnings;
 use gdpt::lanes::{Float, Vec3x8};
 use gdpt::load::mtl::MtlMaterial;
@@ -42,27 +42,11 @@ fn settings() -> SceneSettings {
 
 /// A ball around 0 with normals, its corners on the sphere of radius 1; or flat triangles.
 fn ball(material: MtlMaterial, level: u32, smooth: bool) -> Scene {
-    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
-    for x in [Vec3::X, Vec3::NEG_X] {
-        for y in [Vec3::Y, Vec3::NEG_Y] {
-            for z in [Vec3::Z, Vec3::NEG_Z] {
-                let outside = x.cross(y).dot(z) > 0.0;
-                triangles.push(if outside { [x, y, z] } else { [x, z, y] });
-            }
-        }
-    }
-    for _ in 0..level {
-        let split = |&[a, b, c]: &[Vec3; 3]| {
-            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
-            [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
-        };
-        triangles = triangles.iter().flat_map(split).collect();
-    }
     let mut file = ObjFile {
         materials: vec![material],
         ..Default::default()
     };
-    for corners in triangles {
+    for corners in sphere(level) {
         let first = file.positions.len() as u32;
         let numbers = [first, first + 1, first + 2];
         file.positions.extend(corners);

@@ -77,7 +77,7 @@ fn all_bits(scene: &Scene, threads: usize, tile_size: u32, method: Method) -> Ve
 #[test]
 fn threads_and_tiles_do_not_matter() {
     // Cornell is shaded in lanes.
-    for name in ["glossy", "mirrors", "cornell"] {
+    for name in ["glossy", "mirrors", "cornell", "pane", "rings"] {
         let scene = shipped(name, 45, 37);
         for method in [Method::Gpt, Method::Pt] {
             let want = all_bits(&scene, 1, 32, method);
