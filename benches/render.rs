@@ -160,6 +160,7 @@ fn reconstruction(c: &mut Criterion) {
             tracer: &*tracer,
             method: Method::Gpt,
             settings: SETTINGS,
+            first: 0,
             limits: Limits {
                 samples: 4,
                 time: None,

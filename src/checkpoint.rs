@@ -2,11 +2,12 @@
 //! ended.
 //!
 //! A file holds a line that says what it is, the length of a JSON header and the header, the film's sums,
-//! and a checksum of all that. It is written beside its place, synchronised and renamed: whatever happens
+//! and a checksum of all that. It is also what a part of a render is passed on in, to be merged with others. It is written beside its place, synchronised and renamed: whatever happens
 //! meanwhile, the place holds a whole checkpoint, the old one or the new one.
 
 use crate::error::{Error, Result};
 use crate::film::Film;
+use crate::part::Share;
 use crate::path::Counts;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,7 +16,10 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
-const MAGIC: &[u8] = b"gdpt checkpoint 4\n";
+/// What a file begins with, but for the number of its format.
+const NAME: &str = "gdpt checkpoint ";
+/// Changes whenever what follows does.
+const FORMAT: u32 = 5;
 /// No header is longer.
 const LONGEST_HEADER: u64 = 1 << 20;
 
@@ -32,24 +36,49 @@ pub struct Progress {
     pub seconds: f64,
     /// Samples after which `--error` looks at the error again.
     pub next_check: u64,
+    /// Whether it has come to its end.
+    pub finished: bool,
 }
 
-#[derive(Serialize, Deserialize)]
-struct Header {
-    identity: Identity,
-    progress: Progress,
+/// What is told of a render, and does not change its bits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// The OBJ.
+    pub scene: String,
+    /// Where the camera stands, and why, in words.
+    pub camera: String,
+    /// Triangles of the scene.
+    pub triangles: usize,
+    /// What is behind the scene, as `--background` has it.
+    pub background: String,
+    /// What the machine computes with.
+    pub processor: String,
+    /// Seconds reading the scene.
+    pub seconds_loading: f64,
+    /// Seconds building the acceleration structure.
+    pub seconds_building: f64,
+}
+
+/// All that stands before the sums.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// What the bits depend on.
+    pub identity: Identity,
+    /// What the film holds of the picture.
+    pub share: Share,
+    /// How far it has come.
+    pub progress: Progress,
+    /// What else is to be told.
+    pub about: About,
 }
 
 /// Writes a checkpoint to `path`, replacing the one that is there.
-pub fn save(path: &Path, identity: &Identity, progress: &Progress, film: &Film) -> Result<()> {
+pub fn save(path: &Path, header: &Header, film: &Film) -> Result<()> {
     let part = part(path);
     let write = || -> io::Result<()> {
-        let header = serde_json::to_vec(&Header {
-            identity: identity.clone(),
-            progress: progress.clone(),
-        })?;
+        let header = serde_json::to_vec(header)?;
         let mut out = Hashed::new(BufWriter::new(File::create(&part)?));
-        out.write_all(MAGIC)?;
+        out.write_all(format!("{NAME}{FORMAT}\n").as_bytes())?;
         out.write_all(&(header.len() as u64).to_le_bytes())?;
         out.write_all(&header)?;
         film.write_to(&mut out)?;
@@ -70,50 +99,120 @@ pub fn save(path: &Path, identity: &Identity, progress: &Progress, film: &Film) 
 /// not finished beside it is removed.
 pub fn load(path: &Path, identity: &Identity, film: &mut Film) -> Result<Progress> {
     let _ = fs::remove_file(part(path));
-    let failed = |e: io::Error| match e.kind() {
-        io::ErrorKind::UnexpectedEof => damaged(path, "it is cut short"),
-        _ => Error::io(path, "the checkpoint cannot be read")(e),
-    };
-    let file = File::open(path).map_err(failed)?;
-    let length = file.metadata().map_err(failed)?.len();
-    let mut input = Hashed::new(BufReader::new(file));
-
-    // Header.
-    let mut magic = [0; MAGIC.len()];
-    match input.read_exact(&mut magic) {
-        Ok(()) if magic == MAGIC => (),
-        Err(e) if e.kind() != io::ErrorKind::UnexpectedEof => return Err(failed(e)),
-        _ => return Err(Error::input(path, None, "is no checkpoint of this program")),
-    }
-    let mut bytes = [0; 8];
-    input.read_exact(&mut bytes).map_err(failed)?;
-    let header_length = u64::from_le_bytes(bytes);
-    if header_length > LONGEST_HEADER {
-        return Err(damaged(path, "its header makes no sense"));
-    }
-    let mut header = vec![0; header_length as usize];
-    input.read_exact(&mut header).map_err(failed)?;
-    let header: Header =
-        serde_json::from_slice(&header).map_err(|_| damaged(path, "its header makes no sense"))?;
-    if let Some(difference) = difference(&header.identity, identity) {
+    let mut file = Opened::open(path)?;
+    if let Some(difference) = difference(&file.header.identity, identity) {
         let message = format!("is of another render: {difference}");
         return Err(Error::input(path, None, message));
     }
+    file.check_length(film.bytes())?;
+    file.read(|mut input| film.read_from(&mut input))?;
+    Ok(file.header.progress)
+}
 
-    // Film.
-    let before = (MAGIC.len() + 8) as u64 + header_length;
-    let expected = before + film.bytes() + 8;
-    if length != expected {
-        let what = format!("it has {length} bytes of {expected}");
-        return Err(damaged(path, &what));
+/// A checkpoint whose sums are still to be read.
+pub struct Opened {
+    path: PathBuf,
+    input: Hashed<BufReader<File>>,
+    /// Bytes of the file, and of what stands before the sums.
+    length: u64,
+    before: u64,
+    /// What stands before the sums.
+    pub header: Header,
+}
+
+impl Opened {
+    /// Reads the header.
+    pub fn open(path: &Path) -> Result<Self> {
+        let failed = |e| unreadable(path, e);
+        let file = File::open(path).map_err(failed)?;
+        let length = file.metadata().map_err(failed)?.len();
+        let mut input = Hashed::new(BufReader::new(file));
+        let mut before = 0;
+        let mut read = |count: u64| -> io::Result<Vec<u8>> {
+            let mut bytes = vec![0; count as usize];
+            input.read_exact(&mut bytes)?;
+            before += count;
+            Ok(bytes)
+        };
+
+        // What it is.
+        let foreign = || Error::input(path, None, "is no checkpoint of this program");
+        let or_foreign = |e: io::Error| match e.kind() {
+            io::ErrorKind::UnexpectedEof => foreign(),
+            _ => failed(e),
+        };
+        if read(NAME.len() as u64).map_err(or_foreign)? != NAME.as_bytes() {
+            return Err(foreign());
+        }
+        let mut number = Vec::new();
+        while number.last() != Some(&b'\n') {
+            if number.len() > 10 {
+                return Err(foreign());
+            }
+            number.extend(read(1).map_err(or_foreign)?);
+        }
+        let number = std::str::from_utf8(&number).ok();
+        let number = number.and_then(|n| n.trim_end().parse::<u32>().ok());
+        if number != Some(FORMAT) {
+            let message = match number {
+                Some(n) => format!(
+                    "is a checkpoint of another version of this program: its format is {n}, this one's {FORMAT}"
+                ),
+                None => return Err(foreign()),
+            };
+            return Err(Error::input(path, None, message));
+        }
+
+        // Header.
+        let bytes = read(8).map_err(failed)?;
+        let header_length = u64::from_le_bytes(bytes.try_into().expect("8 bytes"));
+        let senseless = || damaged(path, "its header makes no sense");
+        if header_length > LONGEST_HEADER {
+            return Err(senseless());
+        }
+        let bytes = read(header_length).map_err(failed)?;
+        let header: Header = serde_json::from_slice(&bytes).map_err(|_| senseless())?;
+        if !header.share.is_valid() {
+            return Err(senseless());
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            input,
+            length,
+            before,
+            header,
+        })
     }
-    film.read_from(&mut input).map_err(failed)?;
-    let checksum = input.hash.digest();
-    input.inner.read_exact(&mut bytes).map_err(failed)?;
-    if checksum != u64::from_le_bytes(bytes) {
-        return Err(damaged(path, "its checksum is wrong"));
+
+    /// Refuses a file that has not as many bytes of sums.
+    pub fn check_length(&self, sums: u64) -> Result<()> {
+        let expected = self.before + sums + 8;
+        if self.length != expected {
+            let what = format!("it has {} bytes of {expected}", self.length);
+            return Err(damaged(&self.path, &what));
+        }
+        Ok(())
     }
-    Ok(header.progress)
+
+    /// Has `take` read the sums, all of them, and checks what was read.
+    pub fn read<T>(&mut self, take: impl FnOnce(&mut dyn Read) -> io::Result<T>) -> Result<T> {
+        let failed = |e| unreadable(&self.path, e);
+        let taken = take(&mut self.input).map_err(failed)?;
+        let checksum = self.input.hash.digest();
+        let mut bytes = [0; 8];
+        self.input.inner.read_exact(&mut bytes).map_err(failed)?;
+        if checksum != u64::from_le_bytes(bytes) {
+            return Err(damaged(&self.path, "its checksum is wrong"));
+        }
+        Ok(taken)
+    }
+}
+
+fn unreadable(path: &Path, e: io::Error) -> Error {
+    match e.kind() {
+        io::ErrorKind::UnexpectedEof => damaged(path, "it is cut short"),
+        _ => Error::io(path, "the checkpoint cannot be read")(e),
+    }
 }
 
 /// The checksum that ends a file with these bytes before it.
@@ -127,7 +226,7 @@ fn damaged(path: &Path, what: &str) -> Error {
 }
 
 /// The first thing that differs.
-fn difference(there: &Identity, here: &Identity) -> Option<String> {
+pub fn difference(there: &Identity, here: &Identity) -> Option<String> {
     // The scene has the size in it, and says less: last.
     let names = here.keys().chain(there.keys());
     let (scene, other): (Vec<_>, Vec<_>) = names.partition(|name| *name == "scene");

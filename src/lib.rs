@@ -7,8 +7,8 @@
 //! | module | what it is | uses |
 //! |---|---|---|
 //! | [`error`] | Errors and warnings in one line that says where and what to do. | |
-//! | [`memory`] | How much memory the machine has. | |
-//! | [`load`] | OBJ, MTL, TOML and EXR to data, as written. | error, memory |
+//! | [`machine`] | How much memory the machine has, and which processor. | |
+//! | [`load`] | OBJ, MTL, TOML and EXR to data, as written. | error, machine |
 //! | [`lanes`] | Numbers and vectors in lanes, one or eight. | |
 //! | [`warp`] | Maps from the unit square to disks, hemispheres and triangles. | lanes |
 //! | [`frame`] | Shading frames. | lanes |
@@ -28,23 +28,25 @@
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
+//! | [`part`] | Parts of a render: some of its samples, some of its pixels. | sampler, film, render |
 //! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, lanes, sampler, filter, geometry, scene, trace, gradient, path, film, render |
-//! | [`checkpoint`] | The film in a file, to go on from. | error, path, film |
+//! | [`checkpoint`] | The film in a file, to go on from. | error, path, film, part |
+//! | [`merge`] | Films of parts and crops of one render, put together into one. | error, film, render, part, checkpoint |
 //! | [`denoise`] | Pictures without their noise, by a library that may be there. | error, image |
 //! | [`reconstruct`] | The picture from primal and differences. | image, estimate, denoise |
 //! | [`tone`] | Tone curves: from light of any brightness to what a display can show. | |
 //! | [`exposure`] | By how many stops a picture is brightened for a display. | image |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, denoise, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
-//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, tone |
+//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, film, tone |
 //! | [`develop`] | Pictures as they are shown, before their background. | load, image, tone, output |
 //! | [`watch`] | The picture as it grows, in another program. | output |
 //! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
-//! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, path, render, reconstruct, output, tone, exposure |
+//! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, part, path, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
-//! | [`app`] | The commands, from flags to files. | error, memory, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, checkpoint, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch |
+//! | [`app`] | The commands, from flags to files. | error, machine, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, part, checkpoint, merge, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch, tone |
 //!
 //! # A tour
 //!
@@ -93,6 +95,7 @@
 //!         filter: Filter::Box,
 //!         manifold: Manifold::Auto,
 //!     },
+//!     first: 0,
 //!     limits: Limits { samples: 64, time: None },
 //! };
 //! job.run(&mut film, &mut |_, _| None, &mut |_| ());
@@ -136,9 +139,11 @@ pub mod gradient;
 pub mod image;
 pub mod lanes;
 pub mod load;
+pub mod machine;
 pub mod manifold;
-pub mod memory;
+pub mod merge;
 pub mod output;
+pub mod part;
 pub mod path;
 pub mod picture;
 pub mod progress;

@@ -8,9 +8,14 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 static STOP: AtomicBool = AtomicBool::new(false);
+/// Signals that come in such a time are one.
+const AT_ONCE: Duration = Duration::from_millis(500);
 const INTERRUPTED: u8 = 130;
+/// `EX_TEMPFAIL` of sysexits: whoever started it starts it again.
+const TRY_AGAIN: u8 = 75;
 /// As a shell has it for a program that the signal ended which a closed pipe sends.
 const CLOSED_PIPE: u8 = 141;
 
@@ -22,13 +27,18 @@ fn main() -> ExitCode {
             print_panic(info);
         }
     }));
-    // The first Ctrl-C ends after the pass and writes what there is; the second ends at once.
-    let handler = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(INTERRUPTED));
+    // The first Ctrl-C ends after the pass and writes what there is; the second ends at once. One that comes at the same
+    // time is the same one: schedulers send a signal to all processes of a job, and scripts pass it on.
+    let mut first: Option<Instant> = None;
+    let handler = ctrlc::set_handler(move || match first {
+        None => {
+            first = Some(Instant::now());
+            STOP.store(true, Ordering::SeqCst);
+            let message = "ending after this pass; Ctrl-C again ends at once, and writes nothing";
+            let _ = writeln!(std::io::stderr(), "\n{message}");
         }
-        let message = "ending after this pass; Ctrl-C again ends at once, without a picture";
-        let _ = writeln!(std::io::stderr(), "\n{message}");
+        Some(first) if first.elapsed() < AT_ONCE => (),
+        Some(_) => std::process::exit(i32::from(INTERRUPTED)),
     });
     if let Err(e) = handler {
         say(&format!(
@@ -44,6 +54,7 @@ fn main() -> ExitCode {
     };
     let result = match cli.command {
         Command::Render(args) => app::render::render(&args, &stop),
+        Command::Merge(args) => app::merge::merge(&args),
         Command::Reconstruct(args) => app::reconstruct::reconstruct(&args),
         Command::Compare(args) => app::compare::compare(&args),
         Command::Chart(args) => app::chart::chart(&args, &stop),
@@ -56,6 +67,7 @@ fn main() -> ExitCode {
     match result {
         Ok(Ended::Done) => ExitCode::SUCCESS,
         Ok(Ended::Interrupted) => ExitCode::from(INTERRUPTED),
+        Ok(Ended::Unfinished) => ExitCode::from(TRY_AGAIN),
         Err(e) => failure(&e),
     }
 }

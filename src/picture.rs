@@ -73,7 +73,7 @@ pub fn of_film(film: &Film, method: Method) -> Picture {
         }
     });
     let source = Source {
-        size: (film.width as usize, film.height as usize),
+        size: (film.window.width as usize, film.window.height as usize),
         samples: film.samples,
         planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
         features: features.as_ref(),

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Time between two lines where there is no terminal.
-const LINE_EVERY: Duration = Duration::from_secs(10);
+const LINE_EVERY: Duration = Duration::from_secs(60);
 
 /// A bar of 1000 steps on a terminal that is to be written to.
 fn bar(quiet: bool) -> Option<ProgressBar> {
@@ -93,11 +93,16 @@ impl Reporter {
         }
     }
 
-    /// All is written: the picture to `output`, and what else there is to `others`.
-    pub fn summary(&mut self, stats: &Stats, output: &Path, others: &[&Path]) -> Result<()> {
+    /// The bar goes.
+    pub fn end(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
         }
+    }
+
+    /// All is written: the picture to `output`, and what else there is to `others`.
+    pub fn summary(&mut self, stats: &Stats, output: &Path, others: &[&Path]) -> Result<()> {
+        self.end();
         if self.quiet {
             return Ok(());
         }

@@ -76,10 +76,13 @@ pub struct Progress {
 /// Side of a tile in pixels: the paths of one sample of a tile fit the second-level cache.
 pub const TILE_SIZE: u32 = 32;
 
-/// Samples of one pass. Its first ones are few, so that a short time limit is met. The film's sums are
-/// grouped by passes, so the schedule is part of what the bits depend on.
+/// Samples of a pass.
+pub const PASS: u64 = 4;
+
+/// Samples of the pass that begins after `done`. The first ones are of few, so that a short time limit is met. The
+/// film's sums are grouped by passes, so the schedule is part of what the bits depend on.
 pub fn pass_length(done: u64) -> u64 {
-    if done < 4 { 2 } else { 4 }
+    if done < PASS { PASS / 2 } else { PASS }
 }
 
 /// Whether a pass ends after `samples` samples, if no limit cuts one short.
@@ -102,6 +105,8 @@ pub struct Job<'a> {
     pub method: Method,
     /// Its settings.
     pub settings: PathSettings,
+    /// Which of the samples comes first: 0, or where a part of them begins, at the end of a pass.
+    pub first: u64,
     /// When to stop.
     pub limits: Limits,
 }
@@ -147,8 +152,13 @@ impl Job<'_> {
             if let Some(reason) = stop(film, &counts) {
                 break reason;
             }
-            let end = (done + pass_length(done)).min(self.limits.samples);
-            self.pass(film, done..end, &mut workers, &mut counts);
+            let end = (done + pass_length(self.first + done)).min(self.limits.samples);
+            self.pass(
+                film,
+                self.first + done..self.first + end,
+                &mut workers,
+                &mut counts,
+            );
             progress(Progress {
                 samples: end,
                 rays: counts.rays.iter().sum(),

@@ -391,6 +391,7 @@ fn is_dark(scene: &mut Scene, tracer: &dyn Traverse) -> bool {
             filter: Filter::Box,
             manifold: Manifold::Off,
         },
+        first: 0,
         limits: Limits {
             samples: 4,
             time: None,

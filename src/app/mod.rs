@@ -3,8 +3,10 @@
 pub mod bench;
 pub mod chart;
 pub mod compare;
+mod finish;
 pub mod info;
 pub mod manual;
+pub mod merge;
 pub mod reconstruct;
 pub mod render;
 pub mod spectrum;
@@ -34,6 +36,8 @@ pub enum Ended {
     Done,
     /// A signal ended the render; what there was is written.
     Interrupted,
+    /// A signal ended the render of a film, which can go on.
+    Unfinished,
 }
 
 /// What flags say of the scene. They win over the TOML.
@@ -168,6 +172,16 @@ fn settle(scene: &mut Scene, tracer: &dyn Traverse, warnings: &mut Warnings) -> 
         warnings.note(note);
     }
     Ok(())
+}
+
+/// The method of reconstruction that is meant where none is named.
+fn default_kind(method: crate::render::Method, denoise: bool) -> Kind {
+    match method {
+        crate::render::Method::Pt if denoise => Kind::Oidn,
+        crate::render::Method::Pt => Kind::None,
+        crate::render::Method::Gpt if denoise => Kind::Guided,
+        crate::render::Method::Gpt => Kind::Weighted,
+    }
 }
 
 /// The method that the flags name, with a denoiser of so many threads.

@@ -8,6 +8,7 @@ use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
 use crate::estimate::{Estimate, Planes};
 use crate::exposure::Metered;
+use crate::film::Window;
 use crate::image::Image;
 use crate::load::environment::Background;
 use crate::load::exr::{self, ExrFile};
@@ -159,7 +160,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
             for (name, value) in rest.texts.iter().filter(|(_, value)| !value.is_empty()) {
                 layers.attribute(name, value.clone());
             }
-            layers.write(&args.output, width, height)?;
+            layers.write_crop(&args.output, window(rest))?;
         }
     }
     if !args.quiet {
@@ -178,6 +179,23 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         output::print_beside(&[&args.output], &text)?;
     }
     Ok(Ended::Done)
+}
+
+/// Where its pixels are in a picture: a crop's at its place.
+fn window(file: &ExrFile) -> Window {
+    let (width, height) = (file.size.0 as u32, file.size.1 as u32);
+    let place = u32::try_from(file.position.0)
+        .ok()
+        .zip(u32::try_from(file.position.1).ok());
+    let crop = place.map(|(x, y)| Window {
+        x,
+        y,
+        width,
+        height,
+        picture: (file.picture.0 as u32, file.picture.1 as u32),
+    });
+    crop.filter(Window::is_valid)
+        .unwrap_or(Window::whole(width, height))
 }
 
 fn image(file: &ExrFile, path: &Path, layer: &str) -> Result<Image> {
@@ -416,6 +434,9 @@ fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Re
         background: Background::Environment,
         albedo: None,
         normal: None,
-        rest: ExrFile::default(),
+        rest: ExrFile {
+            size: (width, height),
+            ..ExrFile::default()
+        },
     })
 }

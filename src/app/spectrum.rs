@@ -100,6 +100,7 @@ fn measure(
                 filter: Filter::Box,
                 manifold: Manifold::Auto,
             },
+            first: 0,
             limits: Limits {
                 samples: args.spp,
                 time: None,

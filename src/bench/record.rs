@@ -107,6 +107,7 @@ pub fn record(
             filter: Filter::Box,
             manifold: Manifold::Auto,
         },
+        first: 0,
         limits: Limits {
             samples: 8,
             time: None,

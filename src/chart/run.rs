@@ -72,6 +72,7 @@ impl Run<'_> {
             tracer: self.tracer,
             method: self.tracing.method,
             settings: self.settings(),
+            first: 0,
             limits,
         };
         let mut ask = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);

@@ -5,6 +5,7 @@ mod chart;
 mod compare;
 mod info;
 mod manual;
+mod merge;
 mod reading;
 mod reconstruct;
 mod render;
@@ -17,11 +18,12 @@ pub use chart::{ChartArgs, ChartMethod};
 pub use compare::CompareArgs;
 pub use info::InfoArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use merge::MergeArgs;
 pub use reading::ReadingArgs;
 pub use reconstruct::ReconstructArgs;
 pub use render::RenderArgs;
 pub use spectrum::SpectrumArgs;
-pub use values::{EnvironmentFlag, SizeFlag};
+pub use values::{CropFlag, EnvironmentFlag, SizeFlag};
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -59,6 +61,8 @@ impl Cli {
 pub enum Command {
     /// Render an OBJ scene
     Render(Box<RenderArgs>),
+    /// Put parts and crops of a render, rendered on several machines, together into its picture
+    Merge(MergeArgs),
     /// Make the picture again from a render's file, or from primal and differences of another renderer
     Reconstruct(ReconstructArgs),
     /// Measure how far an image is from one or two references

@@ -2,8 +2,8 @@
 
 use super::ReadingArgs;
 use super::values::{
-    EnvironmentFlag, SizeFlag, address, alpha, duration, environment, pixel, positive, size, sun,
-    up, vector,
+    CropFlag, EnvironmentFlag, SizeFlag, address, alpha, crop, duration, environment, pixel,
+    positive, size, sun, up, vector,
 };
 use crate::exposure::Exposure;
 use crate::filter::Filter;
@@ -11,6 +11,7 @@ use crate::gradient::Weights;
 use crate::load::environment::Background;
 use crate::load::sidecar::{Up, View};
 use crate::output::format::Format;
+use crate::part::Part;
 use crate::path::Manifold;
 use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
@@ -25,6 +26,7 @@ use std::time::Duration;
 /// The headings under which the flags stand, in this order.
 const OUTPUT: &str = "Output";
 const ENDS: &str = "When it ends, and goes on";
+const MACHINES: &str = "On several machines";
 const PICTURE: &str = "Picture";
 const CAMERA: &str = "Camera";
 const LIGHT: &str = "Light";
@@ -49,14 +51,15 @@ Examples:
   gdpt render a.obj b.obj.gz -o pictures/ --time 1m    a picture of each, a minute for each
   gdpt render scene.obj -o spin.png --turntable 36     36 views in the folder spin
   gdpt render scene.obj -o out.exr --time 8h --checkpoint out.gdpt --resume
+  gdpt render scene.obj --spp 4096 --part 3/16 -o part-03.gdpt --resume    for gdpt merge
   gdpt render scene.obj --pixel 12,40 --sample 7       tell how this sample comes about
 
 Outputs may be pipes and devices, which are written into. Where one is standard output (-), the
 summary goes to standard error. A flag given twice counts as given last.
 
 Exit codes: 0 done; 1 failed (one scene of several, too), or a setting that is not possible;
-2 flags that cannot be read; 130 ended by Ctrl-C (what there was is written); 141 nobody reads
-standard output any more.")]
+2 flags that cannot be read; 75 a .gdpt ended by Ctrl-C or SIGTERM (what there was is kept, --resume
+goes on); 130 a picture ended so (what there was is written); 141 nobody reads standard output any more.")]
 pub struct RenderArgs {
     /// The scenes; materials from the MTL, camera and environment from SCENE.toml beside each
     #[arg(required = true, value_name = "SCENE.obj")]
@@ -64,7 +67,7 @@ pub struct RenderArgs {
 
     /// Where the picture goes: a .exr (all layers, 32-bit float), .png or .jpg (exposed and tone-mapped); a folder/ in
     /// which each scene gets its SCENE.png; or - for standard output [default: SCENE.png in the current folder,
-    /// where there is none yet]
+    /// where there is none yet]. A .gdpt holds the samples alone, for gdpt merge
     #[arg(help_heading = OUTPUT, short, long, value_name = "FILE|DIR/")]
     pub output: Option<PathBuf>,
 
@@ -81,9 +84,12 @@ pub struct RenderArgs {
     pub stats: Option<PathBuf>,
 
     /// Render this many views around the target, into a folder named as the output without its extension
-    #[arg(help_heading = OUTPUT, long, value_name = "VIEWS")]
-    #[arg(conflicts_with_all = ["preview", "stats", "checkpoint", "pixel"])]
+    #[arg(help_heading = OUTPUT, long, value_name = "VIEWS", conflicts_with = "pixel")]
     pub turntable: Option<u32>,
+
+    /// Render only this one of them, from 0 on; --exposure auto then meters a few samples of view 0
+    #[arg(help_heading = OUTPUT, long, value_name = "N", requires = "turntable")]
+    pub frame: Option<u32>,
 
     /// Samples per pixel [default: 64, or no limit with --time or --error]
     #[arg(help_heading = ENDS, long)]
@@ -102,12 +108,22 @@ pub struct RenderArgs {
     pub checkpoint: Option<PathBuf>,
 
     /// Time between two checkpoints [default: 60s]
-    #[arg(help_heading = ENDS, long, value_name = "TIME", value_parser = duration, requires = "checkpoint")]
+    #[arg(help_heading = ENDS, long, value_name = "TIME", value_parser = duration)]
     pub every: Option<Duration>,
 
-    /// Go on from the checkpoint if there is one: --spp and --time count what is in it
-    #[arg(help_heading = ENDS, long, requires = "checkpoint")]
+    /// Go on from the checkpoint if there is one: --spp and --time count what is in it. A .gdpt is its own checkpoint
+    #[arg(help_heading = ENDS, long)]
     pub resume: bool,
+
+    /// Render one of several parts of the samples into a .gdpt, for gdpt merge: the third of sixteen for 3/16. Parts
+    /// of --spp share its samples; with --time alone each takes as many as fit, of a sequence of its own
+    #[arg(help_heading = MACHINES, long, value_name = "K/N", conflicts_with = "pixel")]
+    pub part: Option<Part>,
+
+    /// Render only these pixels: columns from X0 to before X1, rows from Y0 to before Y1, from the upper left
+    #[arg(help_heading = MACHINES, long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    #[arg(conflicts_with = "pixel")]
+    pub crop: Option<CropFlag>,
 
     /// Picture size in pixels; a width alone takes the height by the shape that the TOML's film has, or
     /// square [default: the film's, or 512x512]

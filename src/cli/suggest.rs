@@ -187,6 +187,20 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("json", &["stats", "format-json"]),
     ("preview", &["png", "thumbnail"]),
     (
+        "crop",
+        &[
+            "crop-window",
+            "cropwindow",
+            "pixelbounds",
+            "region",
+            "border",
+            "tile",
+        ],
+    ),
+    ("part", &["slice", "chunk", "shard", "job", "subset"]),
+    ("frame", &["frame-number", "render-frame", "f"]),
+    ("partial", &["incomplete", "allow-missing"]),
+    (
         "turntable",
         &["frames", "views", "spin", "orbit", "animation"],
     ),

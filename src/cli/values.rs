@@ -122,6 +122,28 @@ pub(super) fn size(text: &str) -> Result<SizeFlag, String> {
     })
 }
 
+/// Some pixels of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CropFlag {
+    /// Their first column and row.
+    pub first: (u32, u32),
+    /// One past their last column and row.
+    pub end: (u32, u32),
+}
+
+pub(super) fn crop(text: &str) -> Result<CropFlag, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(CropFlag {
+            first: (x0, y0),
+            end: (x1, y1),
+        }),
+        _ => Err(
+            "needs the first column and row and one past the last ones, such as 0,0,640,480".into(),
+        ),
+    }
+}
+
 pub(super) fn pixel(text: &str) -> Result<(u32, u32), String> {
     let parts = text
         .split_once(',')

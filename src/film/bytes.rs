@@ -1,49 +1,112 @@
 //! The film as bytes, for checkpoints: exactly its sums, little-endian.
 
-use super::{Film, HalfPixel, Pixel};
+use super::{Film, HalfPixel, Outside, Pixel, Sums, Term, Window};
 use glam::Vec3;
 use std::io::{Read, Result, Write};
 
 impl Film {
     /// Bytes that [`Film::write_to`] writes.
     pub fn bytes(&self) -> u64 {
-        let pixels: usize = self.tiles.iter().map(|t| t.pixels.len()).sum();
-        48 + (pixels * BYTES) as u64
+        Self::bytes_of(self.window)
+    }
+
+    /// Bytes that [`Film::write_to`] writes of a film of these pixels.
+    pub fn bytes_of(window: Window) -> u64 {
+        let left = if window.x > 0 { window.height } else { 0 };
+        let up = if window.y > 0 { window.width } else { 0 };
+        let outside = (left + up) as usize;
+        (HEAD + window.pixels() * BYTES + outside * BYTES_OUTSIDE) as u64
     }
 
     /// Writes the sums of all samples. What tiles hold for their neighbours is empty between passes.
     pub fn write_to(&self, out: &mut impl Write) -> Result<()> {
-        for n in self.samples {
-            out.write_all(&n.to_le_bytes())?;
-        }
-        for weight in self.weights.iter().chain(&self.squares) {
-            out.write_all(&weight.to_le_bytes())?;
-        }
+        let sums = Sums {
+            samples: self.samples,
+            weights: self.weights,
+            squares: self.squares,
+        };
+        out.write_all(&sums.to_bytes())?;
         for pixel in self.tiles.iter().flat_map(|t| &t.pixels) {
             out.write_all(&pixel.to_bytes())?;
+        }
+        for terms in self.outside.left.iter().chain(&self.outside.up) {
+            out.write_all(&to_bytes(terms))?;
         }
         Ok(())
     }
 
-    /// Replaces the sums with those of a film of the same size.
+    /// Replaces the sums with those of a film of the same pixels.
     pub fn read_from(&mut self, input: &mut impl Read) -> Result<()> {
-        for n in &mut self.samples {
-            let mut bytes = [0; 8];
-            input.read_exact(&mut bytes)?;
-            *n = u64::from_le_bytes(bytes);
-        }
-        for weight in self.weights.iter_mut().chain(&mut self.squares) {
-            let mut bytes = [0; 8];
-            input.read_exact(&mut bytes)?;
-            *weight = f64::from_le_bytes(bytes);
-        }
+        let sums = Sums::read_from(input)?;
+        (self.samples, self.weights, self.squares) = (sums.samples, sums.weights, sums.squares);
         for pixel in self.tiles.iter_mut().flat_map(|t| &mut t.pixels) {
-            let mut bytes = [0; BYTES];
-            input.read_exact(&mut bytes)?;
-            *pixel = Pixel::from_bytes(&bytes);
+            *pixel = Pixel::read_from(input)?;
+        }
+        let Outside { left, up } = &mut self.outside;
+        for terms in left.iter_mut().chain(up) {
+            *terms = read_terms(input)?;
         }
         Ok(())
     }
+}
+
+/// Bytes before the pixels.
+const HEAD: usize = 48;
+
+impl Sums {
+    fn to_bytes(self) -> [u8; HEAD] {
+        let counts = self.samples.map(u64::to_le_bytes);
+        let sums = [self.weights, self.squares].map(|sums| sums.map(f64::to_le_bytes));
+        let mut bytes = [0; HEAD];
+        let words = counts.iter().chain(sums.iter().flatten());
+        for (place, word) in bytes.chunks_exact_mut(8).zip(words) {
+            place.copy_from_slice(word);
+        }
+        bytes
+    }
+
+    /// What stands before the pixels.
+    pub(super) fn read_from(input: &mut impl Read) -> Result<Self> {
+        let mut word = || -> Result<[u8; 8]> {
+            let mut bytes = [0; 8];
+            input.read_exact(&mut bytes)?;
+            Ok(bytes)
+        };
+        let samples = [word()?, word()?].map(u64::from_le_bytes);
+        let weights = [word()?, word()?].map(f64::from_le_bytes);
+        let squares = [word()?, word()?].map(f64::from_le_bytes);
+        Ok(Self {
+            samples,
+            weights,
+            squares,
+        })
+    }
+}
+
+/// Bytes of what a pixel says of one difference to a pixel outside.
+const BYTES_OUTSIDE: usize = 2 * 2 * 12;
+
+fn to_bytes(terms: &[Term; 2]) -> [u8; BYTES_OUTSIDE] {
+    let vectors = terms.iter().flat_map(|p| [p.sum, p.square]);
+    let numbers = vectors.flat_map(|v| v.to_array());
+    let mut bytes = [0; BYTES_OUTSIDE];
+    for (place, number) in bytes.chunks_exact_mut(4).zip(numbers) {
+        place.copy_from_slice(&number.to_le_bytes());
+    }
+    bytes
+}
+
+pub(super) fn read_terms(input: &mut impl Read) -> Result<[Term; 2]> {
+    let mut bytes = [0; BYTES_OUTSIDE];
+    input.read_exact(&mut bytes)?;
+    let mut numbers = bytes
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes(b.try_into().expect("4 bytes")));
+    let mut vector = || Vec3::from_array([(); 3].map(|()| numbers.next().expect("12 numbers")));
+    Ok([(); 2].map(|()| Term {
+        sum: vector(),
+        square: vector(),
+    }))
 }
 
 /// Numbers of 4 bytes in a pixel.
@@ -52,6 +115,12 @@ const BYTES: usize = 4 * WORDS;
 const _: () = assert!(BYTES == super::BYTES_PER_PIXEL);
 
 impl Pixel {
+    pub(super) fn read_from(input: &mut impl Read) -> Result<Self> {
+        let mut bytes = [0; BYTES];
+        input.read_exact(&mut bytes)?;
+        Ok(Self::from_bytes(&bytes))
+    }
+
     fn to_bytes(self) -> [u8; BYTES] {
         let mut words = [0u32; WORDS];
         let mut places = words.iter_mut();

@@ -4,8 +4,16 @@
 //! sum of what the base paths of both say; at the border of a tile the second part belongs to the
 //! neighbouring tile, and is added after the pass. Everywhere the order is the same: the pixel's own
 //! part, then its neighbour's. So the bits depend neither on the number of threads nor on the tiles.
+//!
+//! A film may hold a crop of a picture. What its pixels say of differences to pixels left of it and above is kept
+//! beside it, and belongs to the films of those when all become one.
 
 mod bytes;
+mod merge;
+mod window;
+
+pub use merge::Sums;
+pub use window::Window;
 
 use crate::estimate::{Estimate, Planes};
 use crate::gradient::Neighbour;
@@ -50,7 +58,7 @@ pub const BYTES_PER_PIXEL: usize = size_of::<Pixel>();
 pub struct FilmTile {
     /// Which pixels.
     pub tile: Tile,
-    /// Whether the film ends at the tile's right and lower side: no differences go across.
+    /// Whether the picture ends at the tile's right and lower side: no differences go across.
     last: (bool, bool),
     pixels: Vec<Pixel>,
     borders: Borders,
@@ -60,21 +68,36 @@ pub struct FilmTile {
 /// to the left and above: value and square for each half.
 #[derive(Clone, Debug, Default)]
 struct Borders {
-    left: Vec<[(Vec3, Vec3); 2]>,
-    up: Vec<[(Vec3, Vec3); 2]>,
+    left: Vec<[Term; 2]>,
+    up: Vec<[Term; 2]>,
+}
+
+/// What one pixel says of its difference to a neighbour: sum and sum of squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Term {
+    sum: Vec3,
+    square: Vec3,
+}
+
+/// What the pixels of a crop say, in each half, of differences that belong to pixels outside.
+#[derive(Clone, Debug, Default)]
+struct Outside {
+    /// Of the first column, to the left, if there is anything.
+    left: Vec<[Term; 2]>,
+    /// Of the first row, upwards.
+    up: Vec<[Term; 2]>,
 }
 
 /// The film.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
+    /// Its pixels.
+    pub window: Window,
     /// Side of a tile; those at the right and lower border may be smaller.
     tile_size: u32,
-    /// Row by row.
+    /// Row by row; each has its place in the picture.
     pub tiles: Vec<FilmTile>,
+    outside: Outside,
     /// Number of samples in each half, the same for all pixels.
     pub samples: [u64; 2],
     /// Sum of what they count by the pixel filter: their number, but for a filter that is in part negative.
@@ -160,10 +183,10 @@ impl FilmTile {
                     half.dy_sq += from.to_sq[Neighbour::Down as usize];
                 }
                 if let Some(right) = right {
-                    half.add_right(part(right, h, Neighbour::Left));
+                    half.add_right(term(right, h, Neighbour::Left));
                 }
                 if let Some(below) = below {
-                    half.add_below(part(below, h, Neighbour::Up));
+                    half.add_below(term(below, h, Neighbour::Up));
                 }
                 half.direct += from.direct;
             }
@@ -174,7 +197,7 @@ impl FilmTile {
             pixel.coverage += own.coverage;
             pixel.dropped += own.dropped;
         }
-        let both = |p: &PixelSums, n| [0, 1].map(|h| part(p, h, n));
+        let both = |p: &PixelSums, n| [0, 1].map(|h| term(p, h, n));
         self.borders.left.clear();
         let first_column = (0..height).map(|y| both(&sums.pixels[y * width], Neighbour::Left));
         self.borders.left.extend(first_column);
@@ -184,43 +207,65 @@ impl FilmTile {
     }
 }
 
-/// What one pixel says of its difference to a neighbour: sum and sum of squares.
+/// What one pixel says of its difference to a neighbour.
 #[inline]
-fn part(pixel: &PixelSums, half: usize, neighbour: Neighbour) -> (Vec3, Vec3) {
+fn term(pixel: &PixelSums, half: usize, neighbour: Neighbour) -> Term {
     let half = &pixel.halves[half];
-    (half.to[neighbour as usize], half.to_sq[neighbour as usize])
+    Term {
+        sum: half.to[neighbour as usize],
+        square: half.to_sq[neighbour as usize],
+    }
 }
 
 impl HalfPixel {
     /// Adds what the right neighbour says, own minus neighbour.
     #[inline]
-    fn add_right(&mut self, (value, square): (Vec3, Vec3)) {
-        self.dx -= value;
-        self.dx_sq += square;
+    fn add_right(&mut self, term: Term) {
+        self.dx -= term.sum;
+        self.dx_sq += term.square;
     }
 
     /// Adds what the neighbour below says.
     #[inline]
-    fn add_below(&mut self, (value, square): (Vec3, Vec3)) {
-        self.dy -= value;
-        self.dy_sq += square;
+    fn add_below(&mut self, term: Term) {
+        self.dy -= term.sum;
+        self.dy_sq += term.square;
+    }
+}
+
+/// Adds `terms` to as many places.
+fn add_all(places: &mut [[Term; 2]], terms: &[[Term; 2]]) {
+    for (place, terms) in places.iter_mut().zip(terms) {
+        for (sum, term) in place.iter_mut().zip(terms) {
+            sum.sum += term.sum;
+            sum.square += term.square;
+        }
     }
 }
 
 impl Film {
-    /// All zero, in tiles of `tile_size` pixels a side.
+    /// Of a whole picture, all zero, in tiles of `tile_size` pixels a side.
     pub fn new(width: u32, height: u32, tile_size: u32) -> Self {
-        let steps = |n: u32| (0..n).step_by(tile_size as usize);
-        let tiles = steps(height)
-            .flat_map(|y| steps(width).map(move |x| (x, y)))
+        Self::of(Window::whole(width, height), tile_size)
+    }
+
+    /// Of some pixels of a picture, all zero, in tiles of `tile_size` pixels a side.
+    pub fn of(window: Window, tile_size: u32) -> Self {
+        let steps = |start: u32, end: u32| (start..end).step_by(tile_size as usize);
+        let columns = || steps(window.x, window.right());
+        let tiles = steps(window.y, window.bottom())
+            .flat_map(|y| columns().map(move |x| (x, y)))
             .map(|(x, y)| {
                 let tile = Tile {
                     x,
                     y,
-                    width: tile_size.min(width - x),
-                    height: tile_size.min(height - y),
+                    width: tile_size.min(window.right() - x),
+                    height: tile_size.min(window.bottom() - y),
                 };
-                let last = (x + tile.width == width, y + tile.height == height);
+                let last = (
+                    x + tile.width == window.picture.0,
+                    y + tile.height == window.picture.1,
+                );
                 let pixels = vec![Pixel::default(); (tile.width * tile.height) as usize];
                 FilmTile {
                     tile,
@@ -230,46 +275,61 @@ impl Film {
                 }
             })
             .collect();
+        let none =
+            |count: u32, any: bool| vec![Default::default(); count as usize * usize::from(any)];
         Self {
-            width,
-            height,
+            window,
             tile_size,
             tiles,
+            outside: Outside {
+                left: none(window.height, window.x > 0),
+                up: none(window.width, window.y > 0),
+            },
             samples: [0; 2],
             weights: [0.0; 2],
             squares: [0.0; 2],
         }
     }
 
+    /// Tiles in a row.
+    fn columns(&self) -> usize {
+        self.window.width.div_ceil(self.tile_size) as usize
+    }
+
     /// Ends a pass: adds what the tiles' first rows and columns say to their neighbours. `counted`
     /// are the samples of the pass in each half.
     pub fn end_pass(&mut self, counted: [Counted; 2]) {
-        let columns = self.width.div_ceil(self.tile_size) as usize;
+        let columns = self.columns();
         for index in 0..self.tiles.len() {
             let borders = std::mem::take(&mut self.tiles[index].borders);
+            let tile = self.tiles[index].tile;
             if index % columns > 0 {
                 let tile = &mut self.tiles[index - 1];
                 let width = tile.tile.width as usize;
-                for (y, parts) in borders.left.iter().enumerate() {
-                    let pixel = &mut tile.pixels[y * width + width - 1];
-                    pixel
-                        .halves
+                for (y, terms) in borders.left.iter().enumerate() {
+                    let halves = &mut tile.pixels[y * width + width - 1].halves;
+                    halves
                         .iter_mut()
-                        .zip(parts)
+                        .zip(terms)
                         .for_each(|(half, &p)| half.add_right(p));
                 }
+            } else if tile.x > 0 {
+                let places = &mut self.outside.left[(tile.y - self.window.y) as usize..];
+                add_all(places, &borders.left);
             }
             if index >= columns {
                 let tile = &mut self.tiles[index - columns];
                 let (width, height) = (tile.tile.width as usize, tile.tile.height as usize);
-                for (x, parts) in borders.up.iter().enumerate() {
-                    let pixel = &mut tile.pixels[(height - 1) * width + x];
-                    pixel
-                        .halves
+                for (x, terms) in borders.up.iter().enumerate() {
+                    let halves = &mut tile.pixels[(height - 1) * width + x].halves;
+                    halves
                         .iter_mut()
-                        .zip(parts)
+                        .zip(terms)
                         .for_each(|(half, &p)| half.add_below(p));
                 }
+            } else if tile.y > 0 {
+                let places = &mut self.outside.up[(tile.x - self.window.x) as usize..];
+                add_all(places, &borders.up);
             }
             self.tiles[index].borders = borders;
         }
@@ -280,18 +340,20 @@ impl Film {
         }
     }
 
-    /// Visits every pixel with its index `y * width + x` in the image.
+    /// Visits every pixel with its index `y * width + x` in the window.
     fn for_each(&self, mut visit: impl FnMut(usize, &Pixel)) {
+        let window = self.window;
         for FilmTile { tile, pixels, .. } in &self.tiles {
+            let (left, top) = (tile.x - window.x, tile.y - window.y);
             for (index, pixel) in pixels.iter().enumerate() {
                 let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
-                visit(((tile.y + y) * self.width + tile.x + x) as usize, pixel);
+                visit(((top + y) * window.width + left + x) as usize, pixel);
             }
         }
     }
 
     fn image(&self) -> Image {
-        Image::new(self.width as usize, self.height as usize)
+        Image::new(self.window.width as usize, self.window.height as usize)
     }
 
     /// Whether any sample carried light.
@@ -330,13 +392,16 @@ impl Film {
     }
 
     /// Means and variances of one half or of all samples. All 0 where there are no samples.
+    ///
+    /// Differences across the border of a crop are not known, and 0 as those across the border of a picture: the
+    /// pixels outside have not said their part.
     pub fn estimate(&self, halves: Halves) -> Estimate {
-        let mut e = Estimate::new(self.width as usize, self.height as usize);
+        let mut e = Estimate::new(self.window.width as usize, self.window.height as usize);
         if self.count(halves) == 0 {
             return e;
         }
         self.for_each(|index, pixel| {
-            let m = self.moments(halves, pixel);
+            let m = self.moments(halves, pixel, self.cut(index));
             e.primal.set(index, m.primal);
             e.dx.set(index, m.dx);
             e.dy.set(index, m.dy);
@@ -349,7 +414,7 @@ impl Film {
 
     /// One channel of [`Film::estimate`].
     pub fn planes(&self, halves: Halves, channel: usize) -> Planes {
-        let plane = || vec![0.0; (self.width * self.height) as usize];
+        let plane = || vec![0.0; self.window.pixels()];
         let mut p = Planes {
             primal: plane(),
             dx: plane(),
@@ -362,8 +427,9 @@ impl Film {
             return p;
         }
         // A row of tiles fills a stretch of each plane.
-        let columns = self.width.div_ceil(self.tile_size) as usize;
-        let stretch = (self.width * self.tile_size) as usize;
+        let columns = self.columns();
+        let width = self.window.width;
+        let stretch = (width * self.tile_size) as usize;
         let rows = |plane| <[f32]>::par_chunks_mut(plane, stretch);
         (
             self.tiles.par_chunks(columns),
@@ -379,8 +445,9 @@ impl Film {
                 for FilmTile { tile, pixels, .. } in tiles {
                     for (index, pixel) in pixels.iter().enumerate() {
                         let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
-                        let at = (y * self.width + tile.x + x) as usize;
-                        let m = self.moments(halves, pixel);
+                        let at = (y * width + tile.x - self.window.x + x) as usize;
+                        let above = (tile.y - self.window.y) * width;
+                        let m = self.moments(halves, pixel, self.cut(above as usize + at));
                         primal[at] = m.primal[channel];
                         dx[at] = m.dx[channel];
                         dy[at] = m.dy[channel];
@@ -393,9 +460,21 @@ impl Film {
         p
     }
 
-    /// A pixel's means, and the variances of the means in place of the squares.
+    /// Whether the differences to the right and downwards of the pixel with this index in the window lack what
+    /// pixels outside say.
     #[inline]
-    fn moments(&self, halves: Halves, pixel: &Pixel) -> HalfPixel {
+    fn cut(&self, index: usize) -> (bool, bool) {
+        let (width, height) = (self.window.width as usize, self.window.height as usize);
+        (
+            self.window.is_cut_right() && index % width + 1 == width,
+            self.window.is_cut_below() && index / width + 1 == height,
+        )
+    }
+
+    /// A pixel's means, and the variances of the means in place of the squares; of differences that are `cut` as if
+    /// their samples were 0.
+    #[inline]
+    fn moments(&self, halves: Halves, pixel: &Pixel, cut: (bool, bool)) -> HalfPixel {
         let n = self.count(halves) as f32;
         let weight = self.weight(halves);
         // What a filter makes of equal samples is no variance.
@@ -416,6 +495,12 @@ impl Film {
             sum.primal_sq += half.primal_sq;
             sum.dx_sq += half.dx_sq;
             sum.dy_sq += half.dy_sq;
+        }
+        if cut.0 {
+            (sum.dx, sum.dx_sq) = (Vec3::ZERO, Vec3::ZERO);
+        }
+        if cut.1 {
+            (sum.dy, sum.dy_sq) = (Vec3::ZERO, Vec3::ZERO);
         }
         let (primal, dx, dy) = (sum.primal / weight, sum.dx / weight, sum.dy / weight);
         // A difference has two parts, of which the squares are summed one by one. Their covariance is

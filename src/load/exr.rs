@@ -2,7 +2,7 @@
 
 use super::{MAX_PIXELS, MAX_SIDE, check_readable, guarded};
 use crate::error::{Error, Result};
-use crate::memory;
+use crate::machine;
 use exr::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,6 +15,10 @@ const BYTES_PER_VALUE: u64 = 8;
 pub struct ExrFile {
     /// Pixels across and down.
     pub size: (usize, usize),
+    /// Column and row of the first pixel in the whole picture: the data window's place in the display window.
+    pub position: (i32, i32),
+    /// Pixels of the whole picture, across and down.
+    pub picture: (usize, usize),
     /// Values row by row from the upper left corner, by channel name.
     pub channels: BTreeMap<String, Vec<f32>>,
     /// Texts of the header by name.
@@ -45,7 +49,9 @@ pub fn load(path: &Path) -> Result<ExrFile> {
         }
         Err(()) => return Err(Error::input(path, None, "is no EXR file that can be read")),
     };
+    let display = image.attributes.display_window;
     let layer = image.layer_data;
+    let position = layer.attributes.layer_position - display.position;
     let text = |(name, value): (Text, AttributeValue)| match value {
         AttributeValue::Text(value) => Some((name.to_string(), value.to_string())),
         _ => None,
@@ -59,6 +65,8 @@ pub fn load(path: &Path) -> Result<ExrFile> {
     let channels = channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
     Ok(ExrFile {
         size: (layer.size.width(), layer.size.height()),
+        position: (position.x(), position.y()),
+        picture: (display.size.width(), display.size.height()),
         channels: channels.collect(),
         texts,
     })
@@ -81,7 +89,7 @@ fn check_size(path: &Path) -> Result<()> {
             return Err(Error::input(path, None, message));
         }
         let channels = header.channels.list.len() as u64;
-        if pixels * channels * BYTES_PER_VALUE > memory::total() {
+        if pixels * channels * BYTES_PER_VALUE > machine::memory() {
             let message =
                 format!("has {channels} channels of {pixels} pixels: more than memory holds");
             return Err(Error::input(path, None, message));

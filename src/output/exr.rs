@@ -2,6 +2,7 @@
 
 use super::write_whole;
 use crate::error::{Error, Result};
+use crate::film::Window;
 use crate::image::Image;
 use exr::prelude::*;
 use std::path::Path;
@@ -50,8 +51,14 @@ impl Layers {
         }
     }
 
-    /// Writes the file.
+    /// Writes the file of a whole picture.
     pub fn write(self, path: &Path, width: usize, height: usize) -> Result<()> {
+        self.write_crop(path, Window::whole(width as u32, height as u32))
+    }
+
+    /// Writes the file. A crop has its place in the whole picture: that is the display window, the crop the data
+    /// window.
+    pub fn write_crop(self, path: &Path, window: Window) -> Result<()> {
         let text = |s: &str| {
             Text::new_or_none(s).ok_or_else(|| Error::Setting(format!("'{s}' is no EXR text")))
         };
@@ -59,7 +66,9 @@ impl Layers {
         for (name, values) in self.channels {
             list.push(AnyChannel::new(text(&name)?, FlatSamples::F32(values)));
         }
+        let size = |width: u32, height: u32| Vec2(width as usize, height as usize);
         let mut attributes = LayerAttributes {
+            layer_position: Vec2(window.x as i32, window.y as i32),
             ..Default::default()
         };
         for (name, value) in self.attributes {
@@ -68,12 +77,14 @@ impl Layers {
                 .insert(text(&name)?, AttributeValue::Text(text(&value)?));
         }
         let layer = Layer::new(
-            (width, height),
+            size(window.width, window.height),
             attributes,
             Encoding::FAST_LOSSLESS,
             AnyChannels::sort(list),
         );
-        let image = exr::image::Image::from_layer(layer);
+        let (width, height) = window.picture;
+        let display = IntegerBounds::from_dimensions(size(width, height));
+        let image = exr::image::Image::new(ImageAttributes::new(display), layer);
         write_whole(path, |file| {
             image.write().to_buffered(file).map_err(|e| match e {
                 exr::error::Error::Io(e) => e,

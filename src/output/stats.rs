@@ -20,7 +20,7 @@ pub struct Stats {
     /// Fingerprint of geometry, materials, light and camera, in hexadecimal.
     pub scene_hash: String,
     /// Settings by name.
-    pub settings: BTreeMap<&'static str, String>,
+    pub settings: BTreeMap<String, String>,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.

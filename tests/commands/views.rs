@@ -149,6 +149,7 @@ fn an_edge_is_blurred_by_the_filter() {
                 filter,
                 manifold: Manifold::Auto,
             },
+            first: 0,
             limits: Limits {
                 samples: 8192,
                 time: None,

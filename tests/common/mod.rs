@@ -160,6 +160,7 @@ impl Render {
                 filter: self.filter,
                 manifold: self.manifold,
             },
+            first: 0,
             limits: Limits {
                 samples: self.spp,
                 time: None,

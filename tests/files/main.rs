@@ -10,5 +10,7 @@ mod load;
 mod models;
 #[cfg(unix)]
 mod outputs;
+#[cfg(unix)]
+mod parts;
 mod reading;
 mod textures;

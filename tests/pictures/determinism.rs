@@ -48,7 +48,7 @@ fn all_bits(scene: &Scene, threads: usize, tile_size: u32, method: Method) -> Ve
             out.push(bits(&l1::solve(&problem, 0.2).0));
         }
         let source = Source {
-            size: (film.width as usize, film.height as usize),
+            size: (film.window.width as usize, film.window.height as usize),
             samples: film.samples,
             planes: &|half, channel| film.planes([Halves::A, Halves::B][half], channel),
             features: None,

@@ -7,6 +7,7 @@ mod common;
 mod compare;
 mod denoise;
 mod determinism;
+mod parts;
 mod reconstruction;
 mod traversal;
 mod weighted;

@@ -3,13 +3,15 @@
 use crate::app::picture_bytes;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
-use crate::memory;
+use crate::film::{BYTES_PER_PIXEL, Window};
+use crate::machine;
+use crate::part::{Part, Samples};
 use crate::reconstruct::Kind;
-use crate::render::{Limits, Method};
+use crate::render::{Limits, Method, PASS};
 
 const DEFAULT_SPP: u64 = 64;
 /// The film's sums are 32-bit floats, to which nothing can be added beyond 2²⁴ samples of one size.
-const MAX_SPP: u64 = 1 << 24;
+pub(super) const MAX_SPP: u64 = 1 << 24;
 
 /// The limits that the flags set.
 pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
@@ -45,15 +47,81 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
     })
 }
 
-/// Whether film and images of this size fit into the machine's memory.
-pub(super) fn memory(width: u32, height: u32) -> Result<()> {
-    let needed = picture_bytes(width, height);
-    let there = memory::total();
+/// Which samples the flags ask for, into a film where `is_film`.
+pub(super) fn samples(args: &RenderArgs, is_film: bool) -> Result<Samples> {
+    if args.part.is_some() && !is_film {
+        let message = "--part makes a film for gdpt merge: give -o a name that ends in .gdpt";
+        return Err(Error::Setting(message.into()));
+    }
+    if !is_film {
+        return Ok(Samples::All);
+    }
+    let of_pictures = [
+        ("--error", args.error.is_some()),
+        ("--preview", args.preview.is_some()),
+        ("--stats", args.stats.is_some()),
+    ];
+    if let Some((flag, _)) = of_pictures.iter().find(|(_, given)| *given) {
+        let message =
+            format!("{flag} is for pictures: a .gdpt holds samples, of which gdpt merge makes one");
+        return Err(Error::Setting(message));
+    }
+    match (args.part, args.spp) {
+        (Some(part), None) if args.time.is_some() => Ok(Samples::Own(part)),
+        (None, None) if args.time.is_some() => Ok(Samples::All),
+        (part, spp) => {
+            let part = part.unwrap_or(Part {
+                number: 1,
+                parts: 1,
+            });
+            let all = spp.unwrap_or(DEFAULT_SPP);
+            let least = u64::from(part.parts) * PASS;
+            if all.div_ceil(PASS) * PASS < least {
+                return Err(Error::Setting(format!(
+                    "--part {part} needs --spp {least} or more: each part has at least {PASS} samples"
+                )));
+            }
+            Ok(Samples::Some { part, all })
+        }
+    }
+}
+
+/// The pixels that the flags ask for, of a picture of this size.
+pub(super) fn window(args: &RenderArgs, width: u32, height: u32) -> Result<Window> {
+    let whole = Window::whole(width, height);
+    let Some(crop) = args.crop else {
+        return Ok(whole);
+    };
+    if crop.end.0 > width || crop.end.1 > height {
+        return Err(Error::Setting(format!(
+            "--crop must be within 0,0,{width},{height}: it ends at {},{}",
+            crop.end.0, crop.end.1
+        )));
+    }
+    Ok(Window {
+        x: crop.first.0,
+        y: crop.first.1,
+        width: crop.end.0 - crop.first.0,
+        height: crop.end.1 - crop.first.1,
+        ..whole
+    })
+}
+
+/// Whether these pixels of a film, and the images of a picture where it is to be one, fit into the machine's memory.
+pub(in crate::app) fn memory(window: Window, is_film: bool) -> Result<()> {
+    let Window { width, height, .. } = window;
+    let needed = if is_film {
+        window.pixels() as u64 * BYTES_PER_PIXEL as u64
+    } else {
+        picture_bytes(width, height)
+    };
+    let there = machine::memory();
     if needed > there {
         let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+        let what = if is_film { "film" } else { "picture" };
         return Err(Error::Setting(format!(
-            "a picture of {width}x{height} needs about {:.1} GB of memory, and this machine has {:.1} GB: \
-             make it smaller with --size",
+            "a {what} of {width}x{height} needs about {:.1} GB of memory, and this machine has {:.1} GB: \
+             make it smaller with --size, or render it in pieces with --crop",
             gigabytes(needed),
             gigabytes(there)
         )));

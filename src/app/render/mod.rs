@@ -1,9 +1,7 @@
 //! `gdpt render` from flags to files.
 
 mod error_check;
-mod files;
-mod layers;
-mod limits;
+pub(super) mod limits;
 mod nothing;
 mod replay;
 mod saving;
@@ -11,31 +9,33 @@ mod targets;
 mod turntable;
 mod watching;
 
-use super::{Ended, EnvironmentFlags, SceneFlags, load_scene, reconstruction, settle, thread_pool};
-use crate::checkpoint::Progress;
+use super::finish::{self, Outputs, Rendered};
+use super::{
+    Ended, EnvironmentFlags, SceneFlags, default_kind, load_scene, reconstruction, settle,
+    thread_pool,
+};
+use crate::checkpoint::{About, Header, Identity, Progress};
 use crate::cli::RenderArgs;
-use crate::develop::Plate;
 use crate::error::{Error, Result, Warnings};
-use crate::exposure::Metered;
-use crate::film::{BYTES_PER_PIXEL, Film, Halves};
-use crate::load::environment::Background;
+use crate::exposure::Exposure;
+use crate::film::{Film, Window};
 use crate::load::sidecar::{CameraTable, Up};
-use crate::output::format::{Encoding, Format};
-use crate::output::stats::{Shown, Stats};
+use crate::machine;
+use crate::output;
+use crate::output::format::Encoding;
+use crate::part::{Samples, Share};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
 use crate::progress::Reporter;
-use crate::reconstruct::{self, Kind};
-use crate::render::{Ending, Job, Limits, Method, TILE_SIZE};
+use crate::reconstruct;
+use crate::render::{Ending, Job, Limits, TILE_SIZE};
 use crate::scene::Scene;
 use crate::trace::Traverse;
 use crate::watch::Watcher;
 use error_check::ErrorCheck;
-use files::Made;
 use nothing::Lookout;
 use saving::Saving;
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -50,7 +50,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         return replay::replay(args, pixel);
     }
     let targets = targets::of_flags(args)?;
-    saving::check(args)?;
+    saving::check(args, &targets)?;
     if let [target] = &targets[..] {
         return render_scene(args, target, limits, stop);
     }
@@ -59,7 +59,7 @@ pub fn render(args: &RenderArgs, stop: &(dyn Fn() -> bool + Sync)) -> Result<End
         Reporter::new(args.quiet).say(&format!("{}:", target.scene.display()));
         match render_scene(args, target, limits, stop) {
             Ok(Ended::Done) => (),
-            Ok(Ended::Interrupted) => return Ok(Ended::Interrupted),
+            Ok(ended) => return Ok(ended),
             Err(e) if e.is_closed_pipe() => return Err(e),
             Err(e) => {
                 failed += 1;
@@ -83,28 +83,26 @@ fn render_scene(
     limits: Limits,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Ended> {
-    let preview = args.preview.as_deref();
-    let preview = preview.map(|path| Ok((path, Encoding::of("--preview", path)?)));
-    let preview = preview.transpose()?;
+    let preview = finish::preview(args.preview.as_deref())?;
+    let samples = limits::samples(args, target.film().is_some())?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
     let threads = pool.current_num_threads();
-    let method = reconstruction(reconstruct(args), args.alpha, threads, &mut warnings)?;
+    let kind = args
+        .reconstruct
+        .unwrap_or(default_kind(args.method, args.denoise));
+    let method = reconstruction(kind, args.alpha, threads, &mut warnings)?;
 
     // Scene.
     let start = Instant::now();
     let reporter = Reporter::new(args.quiet);
     let mut scene = load(args, target.scene, &mut warnings)?;
     let seconds_loading = start.elapsed().as_secs_f64();
-    if scene.background == Background::Transparent
-        && target.format == Format::Display(Encoding::Jpeg)
-    {
-        return Err(Error::Setting(
-            "JPEG files cannot be transparent: give -o a name that ends in .png or .exr, or another --background"
-                .into(),
-        ));
+    if let Some(format) = target.format {
+        finish::check_background(format, scene.background)?;
     }
-    limits::memory(scene.camera.width, scene.camera.height)?;
+    let window = limits::window(args, scene.camera.width, scene.camera.height)?;
+    limits::memory(window, target.film().is_some())?;
     let start = Instant::now();
     let tracer = args
         .backend
@@ -113,17 +111,29 @@ fn render_scene(
     pool.install(|| settle(&mut scene, &*tracer, &mut warnings))?;
     reporter.warnings(warnings.list());
 
+    let range = samples.range();
     let session = Session {
         args,
-        limits,
+        limits: Limits {
+            samples: limits.samples.min(range.end - range.start),
+            ..limits
+        },
+        share: Share { window, samples },
         method,
         target,
         preview,
         pool,
         tracer: &*tracer,
         warnings: warnings.list(),
-        seconds_loading,
-        seconds_building,
+        about: About {
+            scene: target.scene.display().to_string(),
+            triangles: scene.mesh.triangles.len(),
+            background: scene.background.to_string(),
+            processor: machine::processor(),
+            seconds_loading,
+            seconds_building,
+            ..About::default()
+        },
         exposure: OnceCell::new(),
         stop,
         watcher: args.watch.clone().map(Watcher::new),
@@ -132,11 +142,19 @@ fn render_scene(
         return session.render(&scene, &target.output);
     };
     let camera = scene.camera.clone();
-    for (index, frame) in frames.iter().enumerate() {
-        let turns = index as f32 / frames.len() as f32;
+    if args.frame.is_some() && args.exposure == Exposure::Auto && session.is_shown() {
+        let job = session.job(&scene);
+        let stops = session
+            .pool
+            .install(|| turntable::stops(job, args.exposure));
+        session.exposure.get_or_init(|| stops);
+    }
+    for frame in frames {
+        let turns = frame.index as f32 / frame.views as f32;
         scene.look_by(camera.turned(turns * std::f32::consts::TAU));
-        if session.render(&scene, frame)? == Ended::Interrupted {
-            return Ok(Ended::Interrupted);
+        match session.render(&scene, &frame.file)? {
+            Ended::Done => (),
+            ended => return Ok(ended),
         }
     }
     Ok(Ended::Done)
@@ -146,14 +164,14 @@ fn render_scene(
 struct Session<'a> {
     args: &'a RenderArgs,
     limits: Limits,
+    share: Share,
     method: reconstruct::Method,
     target: &'a Target<'a>,
     preview: Option<(&'a Path, Encoding)>,
     pool: rayon::ThreadPool,
     tracer: &'a dyn Traverse,
     warnings: &'a [String],
-    seconds_loading: f64,
-    seconds_building: f64,
+    about: About,
     /// In stops: that of the first picture, for all of them.
     exposure: OnceCell<f32>,
     stop: &'a (dyn Fn() -> bool + Sync),
@@ -161,6 +179,28 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
+    /// Whether a picture of 8 bits is made.
+    fn is_shown(&self) -> bool {
+        let of_format = |format| Outputs::shows(format, self.preview);
+        self.target.format.is_some_and(of_format)
+    }
+
+    /// What is rendered of the scene.
+    fn job<'a>(&'a self, scene: &'a Scene) -> Job<'a> {
+        let settings = path_settings(self.args);
+        Job {
+            scene,
+            tracer: self.tracer,
+            method: self.args.method,
+            settings: PathSettings {
+                seed: self.share.samples.seed(settings.seed),
+                ..settings
+            },
+            first: self.share.samples.range().start,
+            limits: self.limits,
+        }
+    }
+
     /// Renders the scene to a file.
     fn render(&self, scene: &Scene, output: &Path) -> Result<Ended> {
         let Session {
@@ -168,20 +208,16 @@ impl Session<'_> {
             limits,
             method,
             target,
-            preview,
             ref pool,
-            tracer,
             stop,
             ..
         } = *self;
-        let (width, height) = (scene.camera.width, scene.camera.height);
         let mut reporter = Reporter::new(args.quiet);
 
         // Film, and what a checkpoint holds of it.
-        let mut film = Film::new(width, height, TILE_SIZE);
-        let mut settings = settings(args);
-        let scene_hash = format!("{:016x}", scene.hash());
-        let mut saving = Saving::new(args, scene, &scene_hash, &settings)?;
+        let mut film = Film::of(self.share.window, TILE_SIZE);
+        let header = self.header(scene);
+        let mut saving = Saving::new(args, target.film().map(|_| output), header.clone())?;
         saving.lock()?;
         if let Some(samples) = saving.resume(&mut film)? {
             reporter.say(&format!("going on from {samples} samples"));
@@ -192,15 +228,12 @@ impl Session<'_> {
 
         // Paths.
         let job = Job {
-            scene,
-            tracer,
-            method: args.method,
-            settings: path_settings(args),
             limits: saving.left(limits),
+            ..self.job(scene)
         };
         reporter.start(&job.limits);
         let mut check = ErrorCheck::new(args.error, saving.next_check());
-        let mut lookout = Lookout::new(args);
+        let mut lookout = Lookout::new(args, self.share.window);
         let watcher = self.watcher.as_ref();
         let mut watching =
             Watching::new(watcher, output, args.method, scene.background, args.quiet);
@@ -216,124 +249,138 @@ impl Session<'_> {
             }
         };
         let outcome = pool.install(|| job.run(&mut film, &mut ask, &mut |p| reporter.pass(p)));
-        let Progress {
-            counts, seconds, ..
-        } = saving.end(&film, &outcome, check.next);
+        let progress = saving.end(&film, &outcome, check.next)?;
         let interrupted = outcome.ended == Ending::Interrupted;
-        reporter.end_tracing();
         if film.samples == [0; 2] {
+            reporter.end();
             let _ = writeln!(
                 std::io::stderr(),
                 "ended before the first pass; nothing is written"
             );
-            return Ok(Ended::Interrupted);
+            return Ok(self.interrupted());
         }
-        let hits = film.first_hits();
-        // Under --strict these end the program too, once the picture is written.
+        // Under --strict these end the program too, once all is written.
         let mut late = saving.complaints();
+        let counts = &progress.counts;
         if counts.dropped > 0 {
-            late.push(dropped(&counts, args.seed));
+            late.push(dropped(counts, job.settings.seed));
         }
         reporter.warnings(&late);
-        if let Some(message) = lookout.end(scene, &film) {
-            late.push(message);
-        }
+        late.extend(lookout.end(scene, &film));
 
-        // Picture.
-        let picture = match check.last {
-            // The film has not changed since.
-            Some(picture) if outcome.ended == Ending::Error => picture,
-            _ => pool.install(|| picture::of_film(&film, method)),
-        };
-        late.extend(watching.end(&picture, &hits, &film));
+        if target.format.is_some() {
+            // Picture.
+            reporter.end_tracing();
+            let hits = film.first_hits();
+            let picture = match check.last {
+                // The film has not changed since.
+                Some(picture) if outcome.ended == Ending::Error => picture,
+                _ => pool.install(|| picture::of_film(&film, method)),
+            };
+            late.extend(watching.end(&picture, &hits, &film));
 
-        let plate = Plate {
-            image: &picture.image,
-            coverage: &hits.coverage,
-            background: scene.background,
-        };
-        let is_shown = target.format != Format::Exr || preview.is_some();
-        let shown = is_shown.then(|| Shown {
-            exposure: *self.exposure.get_or_init(|| {
-                args.exposure.stops(&Metered {
-                    image: &picture.image,
-                    direct: &film.direct(Halves::Both),
-                    coverage: &hits.coverage,
-                    albedo: Some(&hits.albedo),
-                })
-            }),
-            tone: args.tone,
-        });
-
-        // Files.
-        let (name, alpha) = picture::describe(method);
-        settings.insert("background", scene.background.to_string());
-        settings.insert("reconstruct", name.to_owned());
-        if !alpha.is_empty() {
-            settings.insert("alpha", alpha);
+            // Files.
+            let outputs = self.outputs(output, saving.kept());
+            let shown = outputs.shown(&self.exposure, &film, &picture, &hits);
+            let rendered = Rendered {
+                film: &film,
+                method: args.method,
+                background: scene.background,
+                identity: &header.identity,
+                about: &header.about,
+                progress: &progress,
+                ended: outcome.ended,
+                warnings: [self.warnings, &late].concat(),
+            };
+            outputs.write(rendered, (&picture, method), &hits, shown, &mut reporter)?;
+        } else {
+            reporter.end();
+            if !args.quiet {
+                let text = self.summary(&film, &progress, interrupted, output);
+                output::print_beside(&[output], &text)?;
+            }
         }
-        let mut stats = Stats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: target.scene.display().to_string(),
-            scene_hash,
-            settings,
-            width,
-            height,
-            camera: scene.framing.describe(&scene.camera),
-            triangles: scene.mesh.triangles.len(),
-            samples: film.samples[0] + film.samples[1],
-            interrupted,
-            ended: outcome.ended.name(),
-            seconds_loading: self.seconds_loading,
-            seconds_building: self.seconds_building,
-            seconds_tracing: seconds,
-            seconds_solving: picture.seconds,
-            solver_iterations: picture.solution.iterations,
-            solver_residual: picture.solution.residual,
-            estimated_rel_mse: picture.rel_mse,
-            shows_something: film.shows_something(),
-            rays: BTreeMap::new(),
-            mrays_per_second: 0.0,
-            dead_shifts: BTreeMap::new(),
-            dropped: 0,
-            film_bytes_per_pixel: BYTES_PER_PIXEL,
-            shown,
-            warnings: [self.warnings, &late].concat(),
-        };
-        stats.count(&counts);
-        let made = Made {
-            args,
-            target,
-            output,
-            checkpoint: saving.kept(),
-            picture: &picture,
-            plate: &plate,
-            hits: &hits,
-            film: &film,
-            stats: &stats,
-        };
-        // What can be written is, whatever fails.
-        let written = files::write(&made);
-        if let (Some((path, encoding)), Some(shown)) = (preview, shown) {
-            plate
-                .pixels(shown.exposure, shown.tone)
-                .write(path, encoding)?;
-        }
-        if let Some(path) = &args.stats {
-            stats.write(path)?;
-        }
-        written?;
-        let others = [preview.map(|(path, _)| path), args.stats.as_deref()];
-        let others: Vec<&Path> = others.into_iter().flatten().collect();
-        reporter.summary(&stats, output, &others)?;
         if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
             return Err(Error::Strict(first));
         }
         Ok(if interrupted {
-            Ended::Interrupted
+            self.interrupted()
         } else {
             Ended::Done
         })
+    }
+
+    /// What has been interrupted: a film goes on when the same command runs again.
+    fn interrupted(&self) -> Ended {
+        match self.target.format {
+            Some(_) => Ended::Interrupted,
+            None => Ended::Unfinished,
+        }
+    }
+
+    /// What stands in a checkpoint of the scene, before anything is done.
+    fn header(&self, scene: &Scene) -> Header {
+        let Share { window, samples } = self.share;
+        let mut identity = settings(self.args);
+        let (width, height) = window.picture;
+        let more = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scene", format!("{:016x}", scene.hash())),
+            ("size", format!("{width}x{height}")),
+        ];
+        let crop = (!window.is_whole()).then(|| ("crop", window.to_string()));
+        let of_share = samples.identity().into_iter().chain(crop);
+        for (name, value) in more.into_iter().chain(of_share) {
+            identity.insert(name.to_owned(), value);
+        }
+        Header {
+            identity,
+            share: self.share,
+            progress: Progress::default(),
+            about: About {
+                camera: scene.framing.describe(&scene.camera),
+                ..self.about.clone()
+            },
+        }
+    }
+
+    fn outputs<'a>(&'a self, picture: &'a Path, checkpoint: Option<&'a Path>) -> Outputs<'a> {
+        Outputs {
+            picture,
+            format: self.target.format.unwrap_or(super::MADE_UP_FORMAT),
+            preview: self.preview,
+            stats: self.args.stats.as_deref(),
+            exposure: self.args.exposure,
+            tone: self.args.tone,
+            checkpoint,
+        }
+    }
+
+    /// What is said of a film.
+    fn summary(
+        &self,
+        film: &Film,
+        progress: &Progress,
+        interrupted: bool,
+        output: &Path,
+    ) -> String {
+        let samples: u64 = film.samples.iter().sum();
+        let of = match self.share.samples {
+            Samples::Some { part, all } if part.parts > 1 => format!(" (part {part} of {all})"),
+            Samples::Own(part) => format!(" (part {part})"),
+            _ => String::new(),
+        };
+        let Window { width, height, .. } = film.window;
+        let word = match (interrupted, progress.finished) {
+            (true, _) => "interrupted, and can go on with --resume; wrote",
+            (false, true) => "wrote",
+            (false, false) => "not all samples fit into the time; wrote",
+        };
+        format!(
+            "{samples} samples per pixel{of}, {width}x{height}: {:.2} s tracing\n{word} {}\n",
+            progress.seconds,
+            output::name_of(output)
+        )
     }
 }
 
@@ -381,16 +428,6 @@ fn load(args: &RenderArgs, scene: &Path, warnings: &mut Warnings) -> Result<Scen
     load_scene(scene, flags, warnings)
 }
 
-/// The method of reconstruction that is meant where none is named.
-fn reconstruct(args: &RenderArgs) -> Kind {
-    args.reconstruct.unwrap_or(match args.method {
-        Method::Pt if args.denoise => Kind::Oidn,
-        Method::Pt => Kind::None,
-        Method::Gpt if args.denoise => Kind::Guided,
-        Method::Gpt => Kind::Weighted,
-    })
-}
-
 /// What is said of samples that were not finite, with what renders the first of them again.
 fn dropped(counts: &Counts, seed: u64) -> String {
     let first = counts.first_dropped.iter().flatten();
@@ -405,17 +442,20 @@ fn dropped(counts: &Counts, seed: u64) -> String {
 }
 
 /// The settings that the film depends on, by name.
-fn settings(args: &RenderArgs) -> BTreeMap<&'static str, String> {
-    let mut map = BTreeMap::new();
+fn settings(args: &RenderArgs) -> Identity {
+    let mut map = Identity::new();
     let lower = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
-    map.insert("method", lower(&args.method));
-    map.insert("weights", lower(&args.weights));
-    map.insert("depth", args.depth.to_string());
-    map.insert("sampler", lower(&args.sampler));
-    map.insert("seed", args.seed.to_string());
-    map.insert("roughness_threshold", args.roughness_threshold.to_string());
-    map.insert("filter", lower(&args.filter));
-    map.insert("manifold", lower(&args.manifold));
-    map.insert("backend", args.backend.name().to_owned());
+    map.insert("method".into(), lower(&args.method));
+    map.insert("weights".into(), lower(&args.weights));
+    map.insert("depth".into(), args.depth.to_string());
+    map.insert("sampler".into(), lower(&args.sampler));
+    map.insert("seed".into(), args.seed.to_string());
+    map.insert(
+        "roughness_threshold".into(),
+        args.roughness_threshold.to_string(),
+    );
+    map.insert("filter".into(), lower(&args.filter));
+    map.insert("manifold".into(), lower(&args.manifold));
+    map.insert("backend".into(), args.backend.name().to_owned());
     map
 }

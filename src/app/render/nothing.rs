@@ -1,7 +1,7 @@
 //! Pictures of nothing: a camera that sees no surface, or no light.
 
 use crate::cli::RenderArgs;
-use crate::film::{Film, Halves};
+use crate::film::{Film, Halves, Window};
 use crate::progress::Reporter;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -14,6 +14,8 @@ const ENOUGH: u64 = 64;
 /// Looks whether there is anything in the picture, and says so once while it is being made.
 pub(super) struct Lookout {
     quiet: bool,
+    /// Whether it is a crop, which may well be of nothing.
+    is_crop: bool,
     /// Whether the error alone ends the render.
     error_alone: bool,
     looked: bool,
@@ -21,9 +23,10 @@ pub(super) struct Lookout {
 }
 
 impl Lookout {
-    pub(super) fn new(args: &RenderArgs) -> Self {
+    pub(super) fn new(args: &RenderArgs, window: Window) -> Self {
         Self {
             quiet: args.quiet,
+            is_crop: !window.is_whole(),
             error_alone: args.error.is_some() && args.spp.is_none() && args.time.is_none(),
             looked: false,
             message: None,
@@ -49,7 +52,7 @@ impl Lookout {
 
     fn look(&mut self, scene: &Scene, film: &Film) {
         self.looked = true;
-        if !film.shows_something() {
+        if !self.is_crop && !film.shows_something() {
             let message = reason(scene, film);
             Reporter::new(self.quiet).warnings(std::slice::from_ref(&message));
             self.message = Some(message);

@@ -1,14 +1,14 @@
-//! `--checkpoint`, `--every` and `--resume`.
+//! `--checkpoint`, `--every` and `--resume`; and films, which are checkpoints of their own.
 
-use crate::checkpoint::{self, Identity, Progress};
+use super::limits::MAX_SPP;
+use super::targets::Target;
+use crate::checkpoint::{self, Header, Progress};
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
 use crate::film::{Film, Halves};
 use crate::output;
 use crate::path::Counts;
-use crate::render::{Limits, Outcome, is_pass_end, pass_length};
-use crate::scene::Scene;
-use std::collections::BTreeMap;
+use crate::render::{Ending, Limits, Outcome, is_pass_end, pass_length};
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -16,29 +16,44 @@ use std::time::{Duration, Instant};
 
 const EVERY: Duration = Duration::from_secs(60);
 
-/// Refuses what cannot be, before the scene is read.
-pub(super) fn check(args: &RenderArgs) -> Result<()> {
-    let Some(path) = &args.checkpoint else {
-        return Ok(());
-    };
-    if output::regular_file(path)?.exists() && !args.resume {
-        let message = "there is a checkpoint already: --resume goes on from it, or remove it";
-        return Err(Error::input(path, None, message));
+/// Refuses what cannot be, before a scene is read.
+pub(super) fn check(args: &RenderArgs, targets: &[Target]) -> Result<()> {
+    for target in targets {
+        let kept = args.checkpoint.as_deref().or(target.film());
+        let Some(path) = kept else {
+            let needing = [("--resume", args.resume), ("--every", args.every.is_some())];
+            if let Some((flag, _)) = needing.iter().find(|(_, given)| *given) {
+                let message = format!("{flag} needs --checkpoint FILE, or a .gdpt as output");
+                return Err(Error::Setting(message));
+            }
+            continue;
+        };
+        if output::regular_file(path)?.exists() && !args.resume {
+            let message = "there is a checkpoint already: --resume goes on from it, or remove it";
+            return Err(Error::input(path, None, message));
+        }
     }
     Ok(())
 }
 
-/// The checkpoint of a render; none without `--checkpoint`.
+/// The checkpoint of a render; none without `--checkpoint`, unless the film is what it makes.
 pub(super) struct Saving {
     /// Where it is, links followed: what they lead to is replaced, not they.
     path: Option<PathBuf>,
+    /// Where the film goes at last, where that is not a picture.
+    film: Option<PathBuf>,
     resume: bool,
     every: Duration,
-    identity: Identity,
+    /// What stands in the file, but for the progress.
+    header: Header,
     /// What was done before this process.
     before: Progress,
+    /// Samples that the file held.
+    resumed: u64,
     start: Instant,
     last: Instant,
+    /// Which sample is the first.
+    first: u64,
     /// Samples of every pixel at which the render ends.
     samples: u64,
     complaint: Option<String>,
@@ -47,31 +62,17 @@ pub(super) struct Saving {
 }
 
 impl Saving {
-    pub(super) fn new(
-        args: &RenderArgs,
-        scene: &Scene,
-        scene_hash: &str,
-        settings: &BTreeMap<&'static str, String>,
-    ) -> Result<Self> {
-        let settings = settings.iter().map(|(&name, value)| (name, value.clone()));
-        let more = [
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("scene", scene_hash.to_owned()),
-            (
-                "size",
-                format!("{}x{}", scene.camera.width, scene.camera.height),
-            ),
-        ];
-        let identity = settings.chain(more);
-        let path = args.checkpoint.as_deref();
+    pub(super) fn new(args: &RenderArgs, film: Option<&Path>, header: Header) -> Result<Self> {
+        let path = args.checkpoint.as_deref().or(film);
         Ok(Self {
             path: path.map(output::regular_file).transpose()?,
+            film: film.map(output::regular_file).transpose()?,
             resume: args.resume,
             every: args.every.unwrap_or(EVERY),
-            identity: identity
-                .map(|(name, value)| (name.to_owned(), value))
-                .collect(),
+            first: header.share.samples.range().start,
+            header,
             before: Progress::default(),
+            resumed: 0,
             start: Instant::now(),
             last: Instant::now(),
             samples: 0,
@@ -106,8 +107,9 @@ impl Saving {
         let Some(path) = there else {
             return Ok(None);
         };
-        self.before = checkpoint::load(path, &self.identity, film)?;
-        Ok(Some(film.samples.iter().sum()))
+        self.before = checkpoint::load(path, &self.header.identity, film)?;
+        self.resumed = film.count(Halves::Both);
+        Ok(Some(self.resumed))
     }
 
     /// The limits for this process: the time counts that of those before.
@@ -128,24 +130,54 @@ impl Saving {
     }
 
     /// Writes the file when it is time to: now and then, and before a pass that `--spp` cuts short, from
-    /// which more samples would not go on to the same bits.
+    /// which more samples would not go on to the same bits. A film's samples are fixed, and it ends with that pass.
     pub(super) fn now_and_then(&mut self, film: &Film, counts: &Counts, next_check: u64) {
         let done = film.count(Halves::Both);
-        let cut = done > 0 && done < self.samples && self.samples - done < pass_length(done);
-        if self.path.is_some() && (cut || self.last.elapsed() >= self.every) {
+        let cut = done > 0 && done < self.samples && self.samples - done < self.pass_length(done);
+        let cut = cut && self.film.is_none();
+        let due = done > 0 && self.last.elapsed() >= self.every;
+        if self.path.is_some() && (cut || due) {
             let progress = self.progress(counts, self.start.elapsed(), next_check);
             self.save(film, &progress);
         }
     }
 
-    /// Writes the file for the last time. What was done in all processes.
-    pub(super) fn end(&mut self, film: &Film, outcome: &Outcome, next_check: u64) -> Progress {
-        let progress = self.progress(&outcome.counts, outcome.elapsed, next_check);
+    /// Samples of the pass after `done` of this render's.
+    fn pass_length(&self, done: u64) -> u64 {
+        pass_length(self.first + done)
+    }
+
+    /// Writes the file for the last time. What was done in all processes; an error if a film is not where it should
+    /// be.
+    pub(super) fn end(
+        &mut self,
+        film: &Film,
+        outcome: &Outcome,
+        next_check: u64,
+    ) -> Result<Progress> {
+        let mut progress = self.progress(&outcome.counts, outcome.elapsed, next_check);
         let done = film.count(Halves::Both);
-        if done > 0 && is_pass_end(done) {
+        if self.film.is_some()
+            && self.film == self.path
+            && done == self.resumed
+            && self.before.finished
+        {
+            return Ok(self.before.clone());
+        }
+        let whole = self.film.is_none() || self.samples == MAX_SPP || done >= self.samples;
+        progress.finished = outcome.ended != Ending::Interrupted && whole;
+        if done > 0 && (self.film.is_some() || is_pass_end(done)) {
             self.save(film, &progress);
         }
-        progress
+        if let Some(path) = self.film.clone().filter(|_| done > 0) {
+            let written = self.path.as_ref() == Some(&path) && self.complaint.is_none();
+            if !written {
+                self.header.progress = progress.clone();
+                checkpoint::save(&path, &self.header, film)?;
+                self.complaint = None;
+            }
+        }
+        Ok(progress)
     }
 
     fn progress(&self, counts: &Counts, elapsed: Duration, next_check: u64) -> Progress {
@@ -161,7 +193,8 @@ impl Saving {
     fn save(&mut self, film: &Film, progress: &Progress) {
         let Some(path) = &self.path else { return };
         let before = self.complaint.take();
-        if let Err(e) = checkpoint::save(path, &self.identity, progress, film) {
+        self.header.progress = progress.clone();
+        if let Err(e) = checkpoint::save(path, &self.header, film) {
             if before.is_none() {
                 let _ = writeln!(
                     std::io::stderr(),

@@ -1,12 +1,13 @@
 //! Which pictures a call makes: each scene with where its picture goes.
 
-use super::turntable;
+use super::turntable::{self, Frame};
 use crate::app::MADE_UP_FORMAT;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
 use crate::load::scene_name;
 use crate::output::format::Format;
 use crate::output::{check_outputs, is_stream};
+use crate::part::Part;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -14,9 +15,20 @@ use std::path::{Path, PathBuf};
 pub(super) struct Target<'a> {
     pub(super) scene: &'a Path,
     pub(super) output: PathBuf,
-    pub(super) format: Format,
-    /// With `--turntable`, the files in place of `output`.
-    pub(super) frames: Option<Vec<PathBuf>>,
+    /// What the picture is written as; `None` where the output is a film.
+    pub(super) format: Option<Format>,
+    /// With `--turntable`, the views that go to files in place of `output`.
+    pub(super) frames: Option<Vec<Frame>>,
+}
+
+/// The extension of films.
+const FILM: &str = "gdpt";
+
+impl Target<'_> {
+    /// Where the film goes, if it is no picture.
+    pub(super) fn film(&self) -> Option<&Path> {
+        self.format.is_none().then_some(&*self.output)
+    }
 }
 
 /// The pictures that the flags ask for, all of which can be written. Folders are made.
@@ -37,20 +49,34 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
         let (output, format) = match &folder {
             Some(folder) => {
                 let format = args.format.unwrap_or(MADE_UP_FORMAT);
-                let name = format!("{}.{}", scene_name(scene), format.extension());
+                let scene = scene_name(scene);
+                let (name, format) = match args.part {
+                    Some(Part { number, parts }) => {
+                        let digits = parts.to_string().len();
+                        (format!("{scene}-{number:0digits$}-of-{parts}.{FILM}"), None)
+                    }
+                    None => (format!("{scene}.{}", format.extension()), Some(format)),
+                };
                 (folder.join(name), format)
             }
             None => {
                 let output = args.output.clone().unwrap_or_default();
-                let format = Format::of(&output, args.format)?;
+                let format = match output.extension() {
+                    Some(extension) if extension == FILM => None,
+                    _ => Some(Format::of(&output, args.format)?),
+                };
                 (output, format)
             }
         };
         let frames = turntable::frames(args, &output, format)?;
-        let files = frames.as_deref().unwrap_or(std::slice::from_ref(&output));
-        if folder.is_some() {
+        // A film is asked about by itself.
+        if folder.is_some() && format.is_some() {
+            let files: Vec<&Path> = match &frames {
+                Some(frames) => frames.iter().map(|frame| &*frame.file).collect(),
+                None => vec![&output],
+            };
             let in_working_folder = args.output.is_none();
-            if let Some(file) = not_ours(scene, files, in_working_folder) {
+            if let Some(file) = not_ours(scene, &files, in_working_folder) {
                 let message = format!("is there already; -o {} replaces it", output.display());
                 return Err(Error::input(file, None, message));
             }
@@ -89,7 +115,7 @@ fn folder(args: &RenderArgs) -> Result<Option<PathBuf>> {
 /// A file that is there under a name that nobody gave, and is not to be written over: beside a scene, a
 /// picture of its name may well be its texture. In another folder that was named it is taken for the picture
 /// of an earlier call.
-fn not_ours<'a>(scene: &Path, files: &'a [PathBuf], in_working_folder: bool) -> Option<&'a Path> {
+fn not_ours<'a>(scene: &Path, files: &[&'a Path], in_working_folder: bool) -> Option<&'a Path> {
     let folder = |path: &Path| {
         let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
         fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()
@@ -97,18 +123,20 @@ fn not_ours<'a>(scene: &Path, files: &'a [PathBuf], in_working_folder: bool) -> 
     let there = files.iter().find(|file| {
         file.symlink_metadata().is_ok() && (in_working_folder || folder(file) == folder(scene))
     });
-    there.map(PathBuf::as_path)
+    there.copied()
 }
 
 /// Checks all files together.
 fn check(args: &RenderArgs, targets: &[Target]) -> Result<()> {
     let inputs: Vec<&Path> = args.scenes.iter().map(PathBuf::as_path).collect();
     let pictures = targets.iter().map(|target| match &target.frames {
-        Some(frames) => &*frames[0],
+        Some(frames) => &*frames[0].file,
         None => &*target.output,
     });
-    let others = [&args.preview, &args.stats, &args.checkpoint];
-    let others = others.into_iter().flatten().map(PathBuf::as_path);
-    let outputs: Vec<&Path> = pictures.chain(others).collect();
+    // A film may be named as its own checkpoint.
+    let is_film = |path: &Path| targets.iter().any(|target| target.film() == Some(path));
+    let checkpoint = args.checkpoint.as_deref().filter(|path| !is_film(path));
+    let others = [args.preview.as_deref(), args.stats.as_deref(), checkpoint];
+    let outputs: Vec<&Path> = pictures.chain(others.into_iter().flatten()).collect();
     check_outputs(&inputs, &outputs)
 }

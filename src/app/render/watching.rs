@@ -1,6 +1,6 @@
 //! `--watch`: the picture as it grows.
 
-use super::layers::layers;
+use crate::app::finish::layers;
 use crate::develop::Plate;
 use crate::film::{Film, FirstHits, Halves};
 use crate::load::environment::Background;
@@ -91,7 +91,7 @@ impl<'a> Watching<'a> {
         };
         watcher.show(Snapshot {
             name: self.name.clone(),
-            size: (film.width, film.height),
+            size: (film.window.width, film.window.height),
             layers: layers(self.method, &plate, picture, hits, film),
         });
     }

@@ -8,7 +8,7 @@ use crate::picture::Picture;
 use crate::render::Method;
 
 /// All layers of a render by `method`.
-pub(super) fn layers(
+pub(in crate::app) fn layers(
     method: Method,
     plate: &Plate,
     picture: &Picture,

@@ -1,8 +1,6 @@
 //! The picture to its file, or to another place where that fails.
 
-use super::layers::layers;
-use super::targets::Target;
-use crate::cli::RenderArgs;
+use super::{Outputs, layers};
 use crate::develop::Plate;
 use crate::error::{Error, Result};
 use crate::film::{Film, FirstHits};
@@ -11,16 +9,13 @@ use crate::output::format::Format;
 use crate::output::is_stream;
 use crate::output::stats::Stats;
 use crate::picture::Picture;
+use crate::render::Method;
 use std::path::Path;
 
 /// What a render has made.
 pub(super) struct Made<'a> {
-    pub(super) args: &'a RenderArgs,
-    pub(super) target: &'a Target<'a>,
-    /// The target's, or that of a view.
-    pub(super) output: &'a Path,
-    /// Where the samples are kept, if they are.
-    pub(super) checkpoint: Option<&'a Path>,
+    pub(super) outputs: &'a Outputs<'a>,
+    pub(super) method: Method,
     pub(super) picture: &'a Picture,
     pub(super) plate: &'a Plate<'a>,
     pub(super) hits: &'a FirstHits,
@@ -31,25 +26,29 @@ pub(super) struct Made<'a> {
 /// Writes the picture. Where that fails it goes to the folder for temporary files or to the working
 /// directory: hours of rendering are not lost to a full disk. The error names where it is.
 pub(super) fn write(made: &Made) -> Result<()> {
-    let args = made.args;
-    let to = |path: &Path| match made.target.format {
+    let Outputs {
+        picture: output,
+        format,
+        tone,
+        checkpoint,
+        ..
+    } = *made.outputs;
+    let to = |path: &Path| match format {
         Format::Exr => exr(path, made),
         Format::Display(encoding) => {
             let exposure = made.stats.shown.map_or(0.0, |shown| shown.exposure);
-            made.plate.pixels(exposure, args.tone).write(path, encoding)
+            made.plate.pixels(exposure, tone).write(path, encoding)
         }
     };
-    let Err(error) = to(made.output) else {
+    let Err(error) = to(output) else {
         return Ok(());
     };
     let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
-    match made.output.file_name() {
-        Some(file) if !is_stream(made.output) => name.push(file),
+    match output.file_name() {
+        Some(file) if !is_stream(output) => name.push(file),
         _ => {
-            let (scene, extension) = (
-                scene_name(made.target.scene),
-                made.target.format.extension(),
-            );
+            let scene = scene_name(Path::new(&made.stats.scene));
+            let extension = format.extension();
             name.push(format!("{scene}.{extension}"));
         }
     }
@@ -66,7 +65,7 @@ pub(super) fn write(made: &Made) -> Result<()> {
             });
         }
     }
-    match made.checkpoint {
+    match checkpoint {
         Some(checkpoint) => Err(Error::Kept {
             checkpoint: checkpoint.to_owned(),
             error: Box::new(error),
@@ -78,17 +77,15 @@ pub(super) fn write(made: &Made) -> Result<()> {
 /// All layers to `path`.
 fn exr(path: &Path, made: &Made) -> Result<()> {
     let Made {
-        args,
-        target: _,
-        output: _,
-        checkpoint: _,
+        outputs: _,
+        method,
         picture,
         plate,
         hits,
         film,
         stats,
     } = made;
-    let mut layers = layers(args.method, plate, picture, hits, film);
+    let mut layers = layers(*method, plate, picture, hits, film);
     layers.attribute("gdpt.version", stats.version);
     layers.attribute("gdpt.scene", stats.scene.clone());
     layers.attribute("gdpt.scene_hash", stats.scene_hash.clone());
@@ -100,5 +97,5 @@ fn exr(path: &Path, made: &Made) -> Result<()> {
     for (name, value) in &stats.settings {
         layers.attribute(&format!("gdpt.{name}"), value.clone());
     }
-    layers.write(path, picture.image.width, picture.image.height)
+    layers.write_crop(path, film.window)
 }
