@@ -1,5 +1,7 @@
 //! The gradient estimate: what one base path and its offset path add to a difference of two pixels
 //! (Kettunen et al. 2015, sections 5.1 and 5.3).
+//!
+#![doc = include_str!("estimator.md")]
 
 use crate::lanes::{Float, Vector, positive};
 

@@ -41,7 +41,7 @@
 //! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, film, tone |
 //! | [`develop`] | Pictures as they are shown, before their background. | load, image, tone, output |
 //! | [`watch`] | The picture as it grows, in another program. | output |
-//! | [`bench`] | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
+//! | [`bench`](mod@bench) | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
 //! | [`chart`] | Error against time of every method, and the report on it. | error, load, sampler, filter, scene, trace, gradient, path, image, estimate, film, render, reconstruct, picture, compare, output |
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, part, path, render, reconstruct, output, tone, exposure |

@@ -8,6 +8,8 @@
 //! Where x_k and x_{k+1} are rough (y_k has the class of x_k, or it would be dead) it is reconnected: y_k is joined to
 //! x_{k+1}. Lights and the environment count as rough. Elsewhere y_k copies the half vector of x_k, and goes where
 //! that leads.
+//!
+#![doc = include_str!("shift.md")]
 
 use crate::bsdf::{Evals, Lobe, half_vector};
 use crate::frame::Frame;

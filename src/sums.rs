@@ -62,11 +62,9 @@ impl HalfSums {
     }
 }
 
-/// Sums of one pixel.
+/// What else is summed of a pixel, over the samples of both halves: what its camera rays met, and what was dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PixelSums {
-    /// Halves A and B.
-    pub halves: [HalfSums; 2],
+pub struct Auxiliary {
     /// Sum of the first hits' albedo.
     pub albedo: Vec3,
     /// Sum of the first hits' shading normals, on the side of the camera.
@@ -81,8 +79,8 @@ pub struct PixelSums {
     pub dropped: u32,
 }
 
-impl PixelSums {
-    /// Adds what the camera ray met.
+impl Auxiliary {
+    /// Adds what a camera ray met.
     #[inline]
     pub fn first_hit(&mut self, albedo: Vec3, normal: Vec3, depth: f32) {
         self.albedo += albedo;
@@ -90,6 +88,26 @@ impl PixelSums {
         self.depth += depth;
         self.hits += 1;
     }
+
+    /// Adds other sums.
+    #[inline]
+    pub fn add(&mut self, other: &Self) {
+        self.albedo += other.albedo;
+        self.normal += other.normal;
+        self.depth += other.depth;
+        self.hits = self.hits.saturating_add(other.hits);
+        self.coverage += other.coverage;
+        self.dropped = self.dropped.saturating_add(other.dropped);
+    }
+}
+
+/// Sums of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelSums {
+    /// Halves A and B.
+    pub halves: [HalfSums; 2],
+    /// What is not light.
+    pub auxiliary: Auxiliary,
 }
 
 /// Sums of the pixels of a tile, row by row.

@@ -13,7 +13,7 @@ fn map() -> Vec<(String, BTreeSet<String>)> {
         .filter_map(|line| line.strip_prefix("//! | [`"))
         .map(|row| {
             let cells: Vec<&str> = row.split('|').collect();
-            let name = cells[0].trim().trim_end_matches("`]").to_owned();
+            let name = cells[0].split('`').next().unwrap_or_default().to_owned();
             let uses = cells[2]
                 .split(',')
                 .map(|u| u.trim().to_owned())
@@ -25,7 +25,12 @@ fn map() -> Vec<(String, BTreeSet<String>)> {
 
 fn sources(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
-        return vec![path.to_owned()];
+        let is_code = path.extension().is_some_and(|e| e == "rs");
+        return if is_code {
+            vec![path.to_owned()]
+        } else {
+            vec![]
+        };
     }
     let entries = fs::read_dir(path).unwrap().map(|e| e.unwrap().path());
     entries.flat_map(|p| sources(&p)).collect()

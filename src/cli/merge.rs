@@ -11,9 +11,9 @@ use std::path::PathBuf;
 /// `gdpt merge`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The order of the files does not matter. Parts must be of one scene with the same settings, rendered by
-the same version; what does not belong, or is there twice, is named and nothing is written. A checkpoint
-is such a file too.
+The order of the files does not matter. Parts must be of one scene with the same settings, rendered
+by the same version; what does not belong, or is there twice, is named and nothing is written. A
+checkpoint is such a file too.
 
 Examples:
   gdpt merge part-*.gdpt -o out.exr

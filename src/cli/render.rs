@@ -59,7 +59,8 @@ summary goes to standard error. A flag given twice counts as given last.
 
 Exit codes: 0 done; 1 failed (one scene of several, too), or a setting that is not possible;
 2 flags that cannot be read; 75 a .gdpt ended by Ctrl-C or SIGTERM (what there was is kept, --resume
-goes on); 130 a picture ended so (what there was is written); 141 nobody reads standard output any more.")]
+goes on); 130 a picture ended so (what there was is written); 141 nobody reads standard output any
+more.")]
 pub struct RenderArgs {
     /// The scenes; materials from the MTL, camera and environment from SCENE.toml beside each
     #[arg(required = true, value_name = "SCENE.obj")]

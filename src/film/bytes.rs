@@ -1,6 +1,7 @@
 //! The film as bytes, for checkpoints: exactly its sums, little-endian.
 
 use super::{Film, HalfPixel, Outside, Pixel, Sums, Term, Window};
+use crate::sums::Auxiliary;
 use glam::Vec3;
 use std::io::{Read, Result, Write};
 
@@ -129,12 +130,20 @@ impl Pixel {
         for half in &self.halves {
             half.vectors().into_iter().for_each(&mut vector);
         }
-        vector(self.albedo);
-        vector(self.normal);
-        put(self.depth.to_bits());
-        put(self.hits);
-        put(self.coverage.to_bits());
-        put(self.dropped);
+        let Auxiliary {
+            albedo,
+            normal,
+            depth,
+            hits,
+            coverage,
+            dropped,
+        } = self.auxiliary;
+        vector(albedo);
+        vector(normal);
+        put(depth.to_bits());
+        put(hits);
+        put(coverage.to_bits());
+        put(dropped);
         let mut bytes = [0; BYTES];
         for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
@@ -150,15 +159,15 @@ impl Pixel {
         let mut vector = || Vec3::from_array([(); 3].map(|()| f32::from_bits(word())));
         let halves = [(); 2].map(|()| HalfPixel::from_vectors([(); 7].map(|()| vector())));
         let (albedo, normal) = (vector(), vector());
-        Self {
-            halves,
+        let auxiliary = Auxiliary {
             albedo,
             normal,
             depth: f32::from_bits(word()),
             hits: word(),
             coverage: f32::from_bits(word()),
             dropped: word(),
-        }
+        };
+        Self { halves, auxiliary }
     }
 }
 

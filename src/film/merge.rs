@@ -97,11 +97,6 @@ impl Pixel {
             half.dy_sq += other.dy_sq;
             half.direct += other.direct;
         }
-        self.albedo += other.albedo;
-        self.normal += other.normal;
-        self.depth += other.depth;
-        self.hits = self.hits.saturating_add(other.hits);
-        self.coverage += other.coverage;
-        self.dropped = self.dropped.saturating_add(other.dropped);
+        self.auxiliary.add(&other.auxiliary);
     }
 }

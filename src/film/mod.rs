@@ -19,7 +19,7 @@ use crate::estimate::{Estimate, Planes};
 use crate::gradient::Neighbour;
 use crate::image::Image;
 use crate::path::Tile;
-use crate::sums::{PixelSums, TileSums};
+use crate::sums::{Auxiliary, PixelSums, TileSums};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -42,12 +42,7 @@ struct HalfPixel {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Pixel {
     halves: [HalfPixel; 2],
-    albedo: Vec3,
-    normal: Vec3,
-    depth: f32,
-    hits: u32,
-    coverage: f32,
-    dropped: u32,
+    auxiliary: Auxiliary,
 }
 
 /// Bytes of film for each pixel.
@@ -190,12 +185,7 @@ impl FilmTile {
                 }
                 half.direct += from.direct;
             }
-            pixel.albedo += own.albedo;
-            pixel.normal += own.normal;
-            pixel.depth += own.depth;
-            pixel.hits += own.hits;
-            pixel.coverage += own.coverage;
-            pixel.dropped += own.dropped;
+            pixel.auxiliary.add(&own.auxiliary);
         }
         let both = |p: &PixelSums, n| [0, 1].map(|h| term(p, h, n));
         self.borders.left.clear();
@@ -369,7 +359,7 @@ impl Film {
 
     /// Whether any camera ray met a surface.
     pub fn has_hits(&self) -> bool {
-        self.pixels().any(|p| p.hits > 0)
+        self.pixels().any(|p| p.auxiliary.hits > 0)
     }
 
     fn pixels(&self) -> impl Iterator<Item = &Pixel> {
@@ -543,12 +533,13 @@ impl Film {
         let n = (self.samples[0] + self.samples[1]).max(1) as f32;
         let weight = self.weight(Halves::Both).max(f32::MIN_POSITIVE);
         self.for_each(|index, pixel| {
-            hits.albedo.set(index, pixel.albedo / n);
-            hits.normal.set(index, pixel.normal / n);
-            hits.depth[index] = pixel.depth / pixel.hits.max(1) as f32;
+            let sums = &pixel.auxiliary;
+            hits.albedo.set(index, sums.albedo / n);
+            hits.normal.set(index, sums.normal / n);
+            hits.depth[index] = sums.depth / sums.hits.max(1) as f32;
             // A filter that is in part negative may go beyond.
-            hits.coverage[index] = (pixel.coverage / weight).clamp(0.0, 1.0);
-            hits.dropped[index] = pixel.dropped as f32;
+            hits.coverage[index] = (sums.coverage / weight).clamp(0.0, 1.0);
+            hits.dropped[index] = sums.dropped as f32;
         });
         hits
     }

@@ -5,6 +5,8 @@
 //!
 //! No random numbers: the same question has always the same answer. The techniques of sampling, their densities and the
 //! shift all rest on that.
+//!
+#![doc = include_str!("chains.md")]
 
 mod shot;
 mod walk;

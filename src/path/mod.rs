@@ -294,9 +294,9 @@ impl<const N: usize> PathTracer<N> {
             }
             if value.is_finite() {
                 sums.pixels[index].halves[half].add(value);
-                sums.pixels[index].coverage += value.coverage;
+                sums.pixels[index].auxiliary.coverage += value.coverage;
             } else {
-                sums.pixels[index].dropped += 1;
+                sums.pixels[index].auxiliary.dropped += 1;
                 self.counts.dropped += 1;
                 let (x, y) = (index as u32 % tile.width, index as u32 / tile.width);
                 self.counts.note_dropped((tile.x + x, tile.y + y, sample));

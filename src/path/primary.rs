@@ -354,7 +354,7 @@ fn first_hits(
             continue;
         }
         let pixel = pixel as usize;
-        let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel]);
+        let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel].auxiliary);
         if surfaces >> lane & 1 == 1 {
             sample.coverage = 1.0;
             let albedo = vertices.reflectance(context.scene, lane);

@@ -1,5 +1,7 @@
 //! Reconstruction: the picture whose values fit the primal and whose differences fit dx and dy, by a
 //! screened Poisson equation (Kettunen et al. 2015, section 4).
+//!
+#![doc = include_str!("solve.md")]
 
 mod blur;
 mod conjugate_gradient;

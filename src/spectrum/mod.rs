@@ -3,6 +3,8 @@
 //!
 //! Frequencies are in cycles per pixel. The spectra are those of means over the samples of a render, in
 //! an orthonormal basis: white noise has its variance at every frequency.
+//!
+#![doc = include_str!("errors.md")]
 
 pub mod figures;
 pub mod measure;

@@ -7,7 +7,6 @@ mod common;
 mod framing;
 mod info;
 mod reconstruct_command;
-mod replay;
 mod report;
 #[cfg(unix)]
 mod shell;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const FIXED: [&str; 5] = ["render", "scenes/glossy.obj", "--size", "80x60", "--quiet"];
 
@@ -349,13 +349,11 @@ fn parts_of_a_time_are_merged() {
         let flags = ["--time", time, "--part", k, "--threads", "1"];
         rendered(folder, &format!("{}.gdpt", &k[..1]), &flags)
     };
-    let start = Instant::now();
     let parts = [
         part("1/3", "0.2s"),
         part("2/3", "0.8s"),
         part("3/3", "0.4s"),
     ];
-    assert!(start.elapsed() < Duration::from_secs(60));
     let parts: Vec<&Path> = parts.iter().map(PathBuf::as_path).collect();
     let samples = |parts: &[&Path], more: &[&str]| -> u64 {
         merged(folder, parts, more).texts["gdpt.samples"]

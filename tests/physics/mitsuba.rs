@@ -28,7 +28,7 @@ const REGIONS: usize = 4;
 /// Values compared for each picture: the regions and the whole, three channels each.
 const VALUES: usize = 3 * (REGIONS * REGIONS + 1);
 /// Independent runs of each renderer.
-const RUNS: u64 = 64;
+const RUNS: u64 = 48;
 /// Samples per pixel of a run of gdpt, and of Mitsuba.
 const SPP: [u64; 2] = [16, 25];
 /// Relative rounding of 32-bit floats, counted as a standard error: where a light is seen there is no noise.
