@@ -97,7 +97,7 @@ pub fn save(path: &Path, header: &Header, film: &Film) -> Result<()> {
 
 /// Reads the checkpoint at `path` into `film`, which is of the size of `identity`. What was started and
 /// not finished beside it is removed.
-pub fn load(path: &Path, identity: &Identity, film: &mut Film) -> Result<Progress> {
+pub fn load(path: &Path, identity: &Identity, film: &mut Film) -> Result<Header> {
     let _ = fs::remove_file(part(path));
     let mut file = Opened::open(path)?;
     if let Some(difference) = difference(&file.header.identity, identity) {
@@ -106,7 +106,7 @@ pub fn load(path: &Path, identity: &Identity, film: &mut Film) -> Result<Progres
     }
     file.check_length(film.bytes())?;
     file.read(|mut input| film.read_from(&mut input))?;
-    Ok(file.header.progress)
+    Ok(file.header)
 }
 
 /// A checkpoint whose sums are still to be read.
@@ -124,6 +124,14 @@ impl Opened {
     /// Reads the header.
     pub fn open(path: &Path) -> Result<Self> {
         let failed = |e| unreadable(path, e);
+        // To open a pipe would wait for its writer.
+        if !fs::metadata(path).map_err(failed)?.is_file() {
+            return Err(Error::input(
+                path,
+                None,
+                "is no file that can be read again",
+            ));
+        }
         let file = File::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
         let mut input = Hashed::new(BufReader::new(file));
@@ -211,6 +219,7 @@ impl Opened {
 fn unreadable(path: &Path, e: io::Error) -> Error {
     match e.kind() {
         io::ErrorKind::UnexpectedEof => damaged(path, "it is cut short"),
+        io::ErrorKind::InvalidData => damaged(path, &e.to_string()),
         _ => Error::io(path, "the checkpoint cannot be read")(e),
     }
 }
@@ -221,7 +230,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
 }
 
 fn damaged(path: &Path, what: &str) -> Error {
-    let message = format!("the checkpoint is damaged, {what}; remove it to start anew");
+    let message = format!("the checkpoint is damaged, {what}; without it the render starts anew");
     Error::input(path, None, message)
 }
 

@@ -31,9 +31,11 @@ pub enum Error {
     /// The traversal library failed.
     #[error("ray traversal: {0}")]
     Traversal(String),
-    /// A picture that could not be written where it should be, but elsewhere.
-    #[error("{error}; the picture is in {place}", place = place.display())]
+    /// A picture or a film that could not be written where it should be, but elsewhere.
+    #[error("{error}; the {what} is in {place}", place = place.display())]
     Elsewhere {
+        /// What it is.
+        what: &'static str,
         /// Where it is.
         place: PathBuf,
         /// Why it is not where it should be.
@@ -47,6 +49,9 @@ pub enum Error {
         /// Why there is no picture.
         error: Box<Error>,
     },
+    /// What fails now and may go well later, such as a file that another process is writing.
+    #[error("{0}")]
+    Later(Box<Error>),
     /// Some of several scenes could not be rendered, each with an error of its own.
     #[error("{failed} of {all} scenes failed")]
     Scenes {

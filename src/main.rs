@@ -27,31 +27,19 @@ fn main() -> ExitCode {
             print_panic(info);
         }
     }));
-    // The first Ctrl-C ends after the pass and writes what there is; the second ends at once. One that comes at the same
-    // time is the same one: schedulers send a signal to all processes of a job, and scripts pass it on.
-    let mut first: Option<Instant> = None;
-    let handler = ctrlc::set_handler(move || match first {
-        None => {
-            first = Some(Instant::now());
-            STOP.store(true, Ordering::SeqCst);
-            let message = "ending after this pass; Ctrl-C again ends at once, and writes nothing";
-            let _ = writeln!(std::io::stderr(), "\n{message}");
-        }
-        Some(first) if first.elapsed() < AT_ONCE => (),
-        Some(_) => std::process::exit(i32::from(INTERRUPTED)),
-    });
-    if let Err(e) = handler {
-        say(&format!(
-            "warning: Ctrl-C will end at once, without a picture: {e}"
-        ));
-    }
-
     let stop = || STOP.load(Ordering::SeqCst);
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let cli = match Cli::of(&arguments) {
         Ok(cli) => cli,
         Err(e) => return told(&e),
     };
+    // All others end at once, as programs do: what they write is there as a whole or not at all.
+    if matches!(
+        cli.command,
+        Command::Render(_) | Command::Chart(_) | Command::Spectrum(_)
+    ) {
+        end_by_signal();
+    }
     let result = match cli.command {
         Command::Render(args) => app::render::render(&args, &stop),
         Command::Merge(args) => app::merge::merge(&args),
@@ -69,6 +57,27 @@ fn main() -> ExitCode {
         Ok(Ended::Interrupted) => ExitCode::from(INTERRUPTED),
         Ok(Ended::Unfinished) => ExitCode::from(TRY_AGAIN),
         Err(e) => failure(&e),
+    }
+}
+
+/// The first Ctrl-C ends after the pass and writes what there is; the second ends at once. One that comes at the same time
+/// is the same one: schedulers send a signal to all processes of a job, and scripts pass it on.
+fn end_by_signal() {
+    let mut first: Option<Instant> = None;
+    let handler = ctrlc::set_handler(move || match first {
+        None => {
+            first = Some(Instant::now());
+            STOP.store(true, Ordering::SeqCst);
+            let message = "ending after this pass; Ctrl-C again ends at once, and writes nothing";
+            let _ = writeln!(std::io::stderr(), "\n{message}");
+        }
+        Some(first) if first.elapsed() < AT_ONCE => (),
+        Some(_) => std::process::exit(i32::from(INTERRUPTED)),
+    });
+    if let Err(e) = handler {
+        say(&format!(
+            "warning: Ctrl-C will end at once, without a picture: {e}"
+        ));
     }
 }
 
@@ -90,7 +99,10 @@ fn failure(e: &Error) -> ExitCode {
         return ExitCode::from(CLOSED_PIPE);
     }
     say(&format!("error: {e}"));
-    ExitCode::FAILURE
+    match e {
+        Error::Later(_) => ExitCode::from(TRY_AGAIN),
+        _ => ExitCode::FAILURE,
+    }
 }
 
 /// To standard error, which may be closed or full.

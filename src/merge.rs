@@ -39,6 +39,7 @@ struct Member {
     path: PathBuf,
     share: Share,
     progress: Progress,
+    background: String,
 }
 
 impl Member {
@@ -76,28 +77,31 @@ impl Headers {
         let mut members = Vec::new();
         let mut processors = BTreeSet::new();
         // Of each render that there is a film of: how many there are, and the first of them.
-        let mut renders: Vec<(Identity, About, Vec<usize>)> = Vec::new();
+        let mut renders: Vec<(Identity, Vec<usize>)> = Vec::new();
         for (index, path) in paths.iter().enumerate() {
-            let header = Opened::open(path)?.header;
+            let file = Opened::open(path)?;
+            file.check_length(Film::bytes_of(file.header.share.window))?;
+            let header = file.header;
             let identity = common(&header);
             processors.insert(header.about.processor.clone());
-            match renders.iter_mut().find(|(there, ..)| *there == identity) {
-                Some((.., of)) => of.push(index),
-                None => renders.push((identity, header.about, vec![index])),
+            match renders.iter_mut().find(|(there, _)| *there == identity) {
+                Some((_, of)) => of.push(index),
+                None => renders.push((identity, vec![index])),
             }
             members.push(Member {
                 path: path.clone(),
                 share: header.share,
                 progress: header.progress,
+                background: header.about.background,
             });
         }
-        renders.sort_by_key(|(.., of)| std::cmp::Reverse(of.len()));
+        renders.sort_by_key(|(_, of)| std::cmp::Reverse(of.len()));
         let mut renders = renders.into_iter();
-        let Some((identity, about, of)) = renders.next() else {
+        let Some((identity, of)) = renders.next() else {
             return Err(Error::Setting("there is nothing to merge".into()));
         };
         let of = &members[of[0]];
-        if let Some((other, _, them)) = renders.next() {
+        if let Some((other, them)) = renders.next() {
             let difference = difference(&other, &identity).unwrap_or_default();
             let message = format!(
                 "is of another render than {}: {difference}",
@@ -114,10 +118,20 @@ impl Headers {
             ));
         }
         members.sort_by_key(|m| (m.share.window, m.number()));
+        let first = &members[0];
+        if let Some(other) = members.iter().find(|m| m.background != first.background) {
+            let message = format!(
+                "has the background {}, and {} has {}: render them with the same --background",
+                other.background,
+                first.path.display(),
+                first.background
+            );
+            return Err(Error::input(&other.path, None, message));
+        }
         Ok(Self {
+            about: Opened::open(&first.path)?.header.about,
             members,
             identity,
-            about,
             processors,
         })
     }
@@ -240,6 +254,7 @@ impl Plan {
                 path,
                 share,
                 progress: done,
+                ..
             } = member;
             let mut file = Opened::open(path)?;
             let header = &file.header;

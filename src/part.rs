@@ -94,7 +94,8 @@ impl Share {
     /// Whether it can be: not so in files that are damaged.
     pub fn is_valid(&self) -> bool {
         let part = self.samples.part();
-        self.window.is_valid() && part.is_none_or(|p| (1..=p.parts).contains(&p.number))
+        self.window.is_valid()
+            && part.is_none_or(|p| (1..=p.parts).contains(&p.number) && p.parts <= MOST)
     }
 }
 

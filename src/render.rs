@@ -87,11 +87,7 @@ pub fn pass_length(done: u64) -> u64 {
 
 /// Whether a pass ends after `samples` samples, if no limit cuts one short.
 pub fn is_pass_end(samples: u64) -> bool {
-    let mut done = 0;
-    while done < samples {
-        done += pass_length(done);
-    }
-    done == samples
+    samples == PASS / 2 || samples.is_multiple_of(PASS)
 }
 
 /// What to render.

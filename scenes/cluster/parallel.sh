@@ -13,10 +13,26 @@ if [ $# -lt 4 ]; then
     exit 2
 fi
 hosts=$1 scene=$2 output=$3 parts=$4
+case $output in
+*.exr | *.png | *.jpg | *.jpeg) ;;
+*)
+    echo "$output: the picture's name must end in .exr, .png or .jpg" >&2
+    exit 2
+    ;;
+esac
 shift 4
 folder=${output%.*}.parts
 mkdir -p "$folder"
-seq "$parts" | parallel --sshlogin "$hosts" --jobs 1 --workdir . --retries 3 --joblog "$folder/jobs.log" \
-    --results "$folder/{}.log" --quote \
-    gdpt render "$scene" --part "{}/$parts" -o "$folder/part-{}.gdpt" --resume --quiet "$@"
+seq "$parts" >"$folder/numbers"
+parallel --sshlogin "$hosts" --jobs 1 --workdir . --retries 3 --joblog "$folder/jobs.log" \
+    --results "$folder/{}.log" --quote --arg-file "$folder/numbers" \
+    gdpt render "$scene" --part "{}/$parts" -o "$folder/part-{}.gdpt" --resume --quiet "$@" &
+jobs=$!
+# Told once it starts no more parts, told twice it ends those that run: they keep their films.
+trap 'kill -TERM $jobs; sleep 1; kill -TERM $jobs; wait $jobs; exit 75' TERM INT
+if ! wait $jobs; then
+    cat "$folder"/*.log.err >&2
+    echo "not all parts are done; the same command goes on from where they are" >&2
+    exit 1
+fi
 gdpt merge "$folder"/part-*.gdpt -o "$output"

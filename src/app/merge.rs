@@ -52,7 +52,7 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
             "--reconstruct needs gradients, which these films do not have (none and oidn do not)";
         return Err(Error::Setting(message.into()));
     }
-    render::limits::memory(plan.window, false)?;
+    render::limits::memory(plan.window, false, "merge on a machine that has more")?;
     let mut warnings = Warnings::new(args.strict);
     let method = reconstruction(kind, args.alpha, pool.current_num_threads(), &mut warnings)?;
     for remark in &plan.remarks {
@@ -95,7 +95,11 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
         identity: &plan.identity,
         about: &plan.about,
         progress: &plan.progress,
-        ended: Ending::Samples,
+        ended: if plan.progress.finished {
+            Ending::Samples.name()
+        } else {
+            "partial"
+        },
         warnings: warnings.list().to_vec(),
     };
     outputs.write(rendered, (&picture, method), &hits, shown, &mut reporter)?;

@@ -1,9 +1,9 @@
 //! The film as bytes, for checkpoints: exactly its sums, little-endian.
 
-use super::{Film, HalfPixel, Outside, Pixel, Sums, Term, Window};
+use super::{Film, HalfPixel, MAX_SAMPLES, Outside, Pixel, Sums, Term, Window};
 use crate::sums::Auxiliary;
 use glam::Vec3;
-use std::io::{Read, Result, Write};
+use std::io::{Error, ErrorKind, Read, Result, Write};
 
 impl Film {
     /// Bytes that [`Film::write_to`] writes.
@@ -76,6 +76,13 @@ impl Sums {
         let samples = [word()?, word()?].map(u64::from_le_bytes);
         let weights = [word()?, word()?].map(f64::from_le_bytes);
         let squares = [word()?, word()?].map(f64::from_le_bytes);
+        let finite = weights.iter().chain(&squares).all(|w| w.is_finite());
+        if !finite || samples.iter().any(|&n| n > MAX_SAMPLES) {
+            return Err(Error::new(
+                ErrorKind::InvalidData,
+                "its samples make no sense",
+            ));
+        }
         Ok(Self {
             samples,
             weights,

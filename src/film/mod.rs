@@ -48,6 +48,9 @@ struct Pixel {
 /// Bytes of film for each pixel.
 pub const BYTES_PER_PIXEL: usize = size_of::<Pixel>();
 
+/// Most samples of a film: its sums are 32-bit floats, to which nothing can be added beyond 2²⁴ samples of one size.
+pub const MAX_SAMPLES: u64 = 1 << 24;
+
 /// The sums of a tile's pixels.
 #[derive(Clone, Debug)]
 pub struct FilmTile {

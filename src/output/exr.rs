@@ -60,7 +60,8 @@ impl Layers {
     /// window.
     pub fn write_crop(self, path: &Path, window: Window) -> Result<()> {
         let text = |s: &str| {
-            Text::new_or_none(s).ok_or_else(|| Error::Setting(format!("'{s}' is no EXR text")))
+            let text = latin1(s);
+            Text::new_or_none(&text).ok_or_else(|| Error::Setting(format!("'{s}' is no EXR text")))
         };
         let mut list = SmallVec::new();
         for (name, values) in self.channels {
@@ -91,5 +92,28 @@ impl Layers {
                 e => std::io::Error::other(e.to_string()),
             })
         })
+    }
+}
+
+/// As EXR files hold texts: characters that Latin-1 does not have as their code points, such as `\u{416}`.
+fn latin1(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match u8::try_from(c) {
+            Ok(_) => out.push(c),
+            Err(_) => out.extend(c.escape_unicode()),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_of_any_language_can_be_written() {
+        assert_eq!(latin1("Zürich/Ж.obj"), "Zürich/\\u{416}.obj");
+        assert!(Text::new_or_none(latin1("日本 🏠")).is_some());
     }
 }

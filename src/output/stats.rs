@@ -33,7 +33,7 @@ pub struct Stats {
     pub samples: u64,
     /// Whether it ended before the samples that were asked for, on a signal.
     pub interrupted: bool,
-    /// Why it ended: samples, time, error, nothing or interrupted.
+    /// Why it ended: samples, time, error, nothing or interrupted; partial where parts of a merge are missing.
     pub ended: &'static str,
     /// Seconds reading the scene.
     pub seconds_loading: f64,

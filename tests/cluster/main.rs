@@ -143,24 +143,41 @@ fn slurm() {
     submit.args(FLAGS).args(["--spp", spp, "--every", "0.2s"]);
     assert!(submit.status().unwrap().success());
 
-    // The third part is killed once it has kept something, and queued again. No new parts go to a node.
+    // The third part is killed once it has kept something, and queued again. No new parts go to a node. The last part
+    // is told to end, and queues itself.
+    let running = |part: &str| {
+        let jobs = ask(folder, "squeue --noheader --states=R --format=%A,%F_%K");
+        let lines = jobs.lines().filter_map(|line| line.split_once(','));
+        let mut of_part = lines.filter(|(_, name)| name.ends_with(&format!("_{part}")));
+        of_part
+            .next()
+            .map(|(job, name)| (job.to_owned(), name.to_owned()))
+    };
     let third = folder.join("out.parts/part-00003.gdpt");
     wait(folder, "the third part", || third.exists());
-    let running = ask(folder, "squeue --noheader --states=R --format=%A,%K");
-    let job = running.lines().find_map(|line| line.strip_suffix(",3"));
-    let job = job.unwrap_or_else(|| panic!("the third part is not running: {running}"));
+    let (job, _) = running("3").expect("the third part is running");
     ask(folder, &format!("scontrol requeue {job}"));
     ask(
         folder,
         "scontrol update nodename=n4 state=drain reason=test",
     );
+    let last = folder.join("out.parts/part-00008.gdpt");
+    wait(folder, "the last part", || last.exists());
+    let (_, name) = running("8").expect("the last part is running");
+    ask(folder, &format!("scancel --signal=TERM --batch {name}"));
 
     let merged = folder.join("out.exr");
     wait(folder, "the render", || {
         merged.exists() && ask(folder, "squeue --noheader").trim().is_empty()
     });
-    let log = fs::read_to_string(folder.join("out.parts/3.log")).unwrap();
-    assert!(log.contains("going on from"), "{log}");
+    for part in 1..=PARTS {
+        let log = fs::read_to_string(folder.join(format!("out.parts/{part}.log"))).unwrap();
+        assert_eq!(
+            log.contains("going on from"),
+            [3, 8].contains(&part),
+            "{part}: {log}"
+        );
+    }
     drop(cluster.stdin.take());
     assert!(cluster.wait().unwrap().success());
     assert!(bits(&merged) == bits(&one_after_another(folder, spp)));

@@ -371,7 +371,11 @@ fn parts_of_a_time_are_merged() {
 fn what_makes_no_sense_is_said_before_anything_is_rendered() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let cases: [(&str, &[&str], &str); 9] = [
+    let cases: [(&str, &[&str], &str); 13] = [
+        ("a.gdpt", &["--spp", "8", "--time", "1s"], "--time"),
+        ("a.gdpt", &["--crop", "0,0,9,9", "--time", "1s"], "--crop"),
+        ("a.gdpt", &["--denoise"], "--denoise"),
+        ("a.gdpt", &["--part", "16/16", "--spp", "61"], "--spp 64"),
         ("a.png", &["--part", "1/4"], ".gdpt"),
         ("a.gdpt", &["--part", "1/4", "--spp", "12"], "--spp 16"),
         ("a.gdpt", &["--error", "0.1"], "--error"),
@@ -392,6 +396,96 @@ fn what_makes_no_sense_is_said_before_anything_is_rendered() {
         let text = String::from_utf8(done.stderr).unwrap();
         assert!(text.contains(what), "{flags:?}: {text}");
         assert!(!folder.join(output).exists());
+    }
+}
+
+/// A part that another process renders is not rendered twice at once; later it may be.
+#[test]
+fn a_part_is_rendered_once_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let flags = ["--spp", "4000", "--part", "1/2", "--resume"];
+    let mut first = render(folder, "a.gdpt", &flags)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let lock = folder.join("a.gdpt.lock");
+    while !lock.exists() {
+        sleep(Duration::from_millis(10));
+    }
+    let second = render(folder, "a.gdpt", &flags).output().unwrap();
+    assert_eq!(second.status.code(), Some(75), "{second:?}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // Both files are looked after where there are two.
+    fs::write(folder.join("b.gdpt"), "mine").unwrap();
+    let checkpoint = folder.join("c.gdpt");
+    let two = ["--spp", "4", "--checkpoint", checkpoint.to_str().unwrap()];
+    let refused = render(folder, "b.gdpt", &two).output().unwrap();
+    assert_eq!(refused.status.code(), Some(1), "{refused:?}");
+    assert_eq!(fs::read(folder.join("b.gdpt")).unwrap(), b"mine");
+}
+
+/// Films that machines of two kinds have made are merged, and it is said. Pictures over two backgrounds are none.
+#[test]
+fn parts_of_other_machines_are_told() {
+    use gdpt::checkpoint::{self, Opened};
+    use gdpt::film::Film;
+    use gdpt::render::TILE_SIZE;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let part = |k: &str| {
+        rendered(
+            folder,
+            &format!("{}.gdpt", &k[..1]),
+            &["--spp", "8", "--part", k],
+        )
+    };
+    let [a, b] = ["1/2", "2/2"].map(part);
+    let alone = merged(folder, &[&a, &b], &[]);
+    let with_other = |processor: &str, background: &str| {
+        let mut header = Opened::open(&b).unwrap().header;
+        let mut film = Film::of(header.share.window, TILE_SIZE);
+        checkpoint::load(&b, &header.identity, &mut film).unwrap();
+        header.about.processor = processor.to_owned();
+        header.about.background = background.to_owned();
+        checkpoint::save(&folder.join("other.gdpt"), &header, &film).unwrap();
+    };
+    let other = folder.join("other.gdpt");
+    with_other("Another One", "environment");
+    let told = merge(folder, &[&a, &other], &[]);
+    assert!(told.status.success(), "{told:?}");
+    let text = String::from_utf8(told.stderr).unwrap();
+    assert!(
+        text.contains("different processors") && text.contains("Another One"),
+        "{text}"
+    );
+    let both = exr::load(&folder.join("merged.exr")).unwrap();
+    assert!(bits(&both) == bits(&alone));
+    with_other("", "0.1,0.2,0.3");
+    refused(folder, &[&a, &other], &["background"]);
+}
+
+/// Names of films that are made up tell parts and crops apart.
+#[test]
+fn films_have_names_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = format!("{}/", folder.path().display());
+    for (flags, name) in [
+        (
+            &["--part", "3/12", "--spp", "48"][..],
+            "glossy-03-of-12.gdpt",
+        ),
+        (
+            &["--part", "1/2", "--crop", "0,0,9,8", "--spp", "8"],
+            "glossy-0-0-9-8-1-of-2.gdpt",
+        ),
+        (&["--crop", "0,0,9,8", "--spp", "1"], "glossy-0-0-9-8.png"),
+    ] {
+        let mut command = Command::new(cargo_bin!("gdpt"));
+        command.args(FIXED).args(flags).args(["-o", &place]);
+        assert!(command.status().unwrap().success());
+        assert!(folder.path().join(name).exists(), "{name}");
     }
 }
 

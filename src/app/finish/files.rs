@@ -60,6 +60,7 @@ pub(super) fn write(made: &Made) -> Result<()> {
     {
         if to(&place).is_ok() {
             return Err(Error::Elsewhere {
+                what: "picture",
                 place,
                 error: Box::new(error),
             });

@@ -44,7 +44,8 @@ pub(super) struct Rendered<'a> {
     pub(super) identity: &'a Identity,
     pub(super) about: &'a About,
     pub(super) progress: &'a Progress,
-    pub(super) ended: Ending,
+    /// Why it ended.
+    pub(super) ended: &'static str,
     pub(super) warnings: Vec<String>,
 }
 
@@ -152,8 +153,8 @@ fn stats(
         camera: about.camera.clone(),
         triangles: about.triangles,
         samples: film.count(Halves::Both),
-        interrupted: rendered.ended == Ending::Interrupted,
-        ended: rendered.ended.name(),
+        interrupted: rendered.ended == Ending::Interrupted.name(),
+        ended: rendered.ended,
         seconds_loading: about.seconds_loading,
         seconds_building: about.seconds_building,
         seconds_tracing: progress.seconds,

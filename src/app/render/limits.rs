@@ -3,26 +3,24 @@
 use crate::app::picture_bytes;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
-use crate::film::{BYTES_PER_PIXEL, Window};
+use crate::film::{BYTES_PER_PIXEL, MAX_SAMPLES, Window};
 use crate::machine;
 use crate::part::{Part, Samples};
 use crate::reconstruct::Kind;
 use crate::render::{Limits, Method, PASS};
 
 const DEFAULT_SPP: u64 = 64;
-/// The film's sums are 32-bit floats, to which nothing can be added beyond 2²⁴ samples of one size.
-pub(super) const MAX_SPP: u64 = 1 << 24;
 
 /// The limits that the flags set.
 pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
     let samples = match args.spp {
-        Some(n) if !(1..=MAX_SPP).contains(&n) => {
+        Some(n) if !(1..=MAX_SAMPLES).contains(&n) => {
             return Err(Error::Setting(format!(
-                "--spp must be from 1 to {MAX_SPP}: sums of more samples are not exact any more"
+                "--spp must be from 1 to {MAX_SAMPLES}: sums of more samples are not exact any more"
             )));
         }
         Some(n) => n,
-        None if args.time.is_some() || args.error.is_some() => MAX_SPP,
+        None if args.time.is_some() || args.error.is_some() => MAX_SAMPLES,
         None => DEFAULT_SPP,
     };
     if args.depth == 0 {
@@ -60,11 +58,25 @@ pub(super) fn samples(args: &RenderArgs, is_film: bool) -> Result<Samples> {
         ("--error", args.error.is_some()),
         ("--preview", args.preview.is_some()),
         ("--stats", args.stats.is_some()),
+        ("--reconstruct", args.reconstruct.is_some()),
+        ("--denoise", args.denoise),
+        ("--alpha", args.alpha.is_some()),
+        ("--format", args.format.is_some()),
     ];
     if let Some((flag, _)) = of_pictures.iter().find(|(_, given)| *given) {
         let message =
             format!("{flag} is for pictures: a .gdpt holds samples, of which gdpt merge makes one");
         return Err(Error::Setting(message));
+    }
+    // Samples that did not fit would be missing for ever.
+    if args.time.is_some() && args.spp.is_some() {
+        let message =
+            "a .gdpt has --spp samples, or as many as fit into --time: leave one of them out";
+        return Err(Error::Setting(message.into()));
+    }
+    if args.time.is_some() && args.crop.is_some() {
+        let message = "crops are merged where all have the same samples: a .gdpt of a --crop needs --spp in place of --time";
+        return Err(Error::Setting(message.into()));
     }
     match (args.part, args.spp) {
         (Some(part), None) if args.time.is_some() => Ok(Samples::Own(part)),
@@ -76,7 +88,7 @@ pub(super) fn samples(args: &RenderArgs, is_film: bool) -> Result<Samples> {
             });
             let all = spp.unwrap_or(DEFAULT_SPP);
             let least = u64::from(part.parts) * PASS;
-            if all.div_ceil(PASS) * PASS < least {
+            if part.parts > 1 && all < least {
                 return Err(Error::Setting(format!(
                     "--part {part} needs --spp {least} or more: each part has at least {PASS} samples"
                 )));
@@ -107,8 +119,9 @@ pub(super) fn window(args: &RenderArgs, width: u32, height: u32) -> Result<Windo
     })
 }
 
-/// Whether these pixels of a film, and the images of a picture where it is to be one, fit into the machine's memory.
-pub(in crate::app) fn memory(window: Window, is_film: bool) -> Result<()> {
+/// Whether these pixels of a film, and the images of a picture where it is to be one, fit into the machine's memory;
+/// `advice` says what to do where they do not.
+pub(in crate::app) fn memory(window: Window, is_film: bool, advice: &str) -> Result<()> {
     let Window { width, height, .. } = window;
     let needed = if is_film {
         window.pixels() as u64 * BYTES_PER_PIXEL as u64
@@ -121,7 +134,7 @@ pub(in crate::app) fn memory(window: Window, is_film: bool) -> Result<()> {
         let what = if is_film { "film" } else { "picture" };
         return Err(Error::Setting(format!(
             "a {what} of {width}x{height} needs about {:.1} GB of memory, and this machine has {:.1} GB: \
-             make it smaller with --size, or render it in pieces with --crop",
+             {advice}",
             gigabytes(needed),
             gigabytes(there)
         )));

@@ -102,7 +102,11 @@ fn render_scene(
         finish::check_background(format, scene.background)?;
     }
     let window = limits::window(args, scene.camera.width, scene.camera.height)?;
-    limits::memory(window, target.film().is_some())?;
+    limits::memory(
+        window,
+        target.film().is_some(),
+        "make it smaller with --size, or render it in pieces with --crop",
+    )?;
     let start = Instant::now();
     let tracer = args
         .backend
@@ -143,10 +147,10 @@ fn render_scene(
     };
     let camera = scene.camera.clone();
     if args.frame.is_some() && args.exposure == Exposure::Auto && session.is_shown() {
+        scene.look_by(turntable::of_few_pixels(&camera));
         let job = session.job(&scene);
-        let stops = session
-            .pool
-            .install(|| turntable::stops(job, args.exposure));
+        let stops = || turntable::stops(job, args.exposure, stop);
+        let stops = session.pool.install(stops);
         session.exposure.get_or_init(|| stops);
     }
     for frame in frames {
@@ -289,25 +293,28 @@ impl Session<'_> {
                 identity: &header.identity,
                 about: &header.about,
                 progress: &progress,
-                ended: outcome.ended,
+                ended: outcome.ended.name(),
                 warnings: [self.warnings, &late].concat(),
             };
             outputs.write(rendered, (&picture, method), &hits, shown, &mut reporter)?;
         } else {
             reporter.end();
+            if self.watcher.is_some() {
+                let picture = pool.install(|| picture::of_film(&film, method));
+                late.extend(watching.end(&picture, &film.first_hits(), &film));
+            }
             if !args.quiet {
                 let text = self.summary(&film, &progress, interrupted, output);
                 output::print_beside(&[output], &text)?;
             }
         }
-        if let (true, Some(first)) = (args.strict, late.into_iter().next()) {
-            return Err(Error::Strict(first));
+        let interrupted = interrupted.then(|| self.interrupted());
+        match (late.into_iter().next(), interrupted) {
+            // Whoever runs it again hears of it again.
+            (_, Some(Ended::Unfinished)) => Ok(Ended::Unfinished),
+            (Some(first), _) if args.strict => Err(Error::Strict(first)),
+            (_, interrupted) => Ok(interrupted.unwrap_or(Ended::Done)),
         }
-        Ok(if interrupted {
-            self.interrupted()
-        } else {
-            Ended::Done
-        })
     }
 
     /// What has been interrupted: a film goes on when the same command runs again.
@@ -371,10 +378,10 @@ impl Session<'_> {
             _ => String::new(),
         };
         let Window { width, height, .. } = film.window;
-        let word = match (interrupted, progress.finished) {
-            (true, _) => "interrupted, and can go on with --resume; wrote",
-            (false, true) => "wrote",
-            (false, false) => "not all samples fit into the time; wrote",
+        let word = if interrupted {
+            "interrupted, and can go on with --resume; wrote"
+        } else {
+            "wrote"
         };
         format!(
             "{samples} samples per pixel{of}, {width}x{height}: {:.2} s tracing\n{word} {}\n",

@@ -1,6 +1,5 @@
 //! `--checkpoint`, `--every` and `--resume`; and films, which are checkpoints of their own.
 
-use super::limits::MAX_SPP;
 use super::targets::Target;
 use crate::checkpoint::{self, Header, Progress};
 use crate::cli::RenderArgs;
@@ -19,18 +18,19 @@ const EVERY: Duration = Duration::from_secs(60);
 /// Refuses what cannot be, before a scene is read.
 pub(super) fn check(args: &RenderArgs, targets: &[Target]) -> Result<()> {
     for target in targets {
-        let kept = args.checkpoint.as_deref().or(target.film());
-        let Some(path) = kept else {
-            let needing = [("--resume", args.resume), ("--every", args.every.is_some())];
-            if let Some((flag, _)) = needing.iter().find(|(_, given)| *given) {
-                let message = format!("{flag} needs --checkpoint FILE, or a .gdpt as output");
-                return Err(Error::Setting(message));
+        let kept = [args.checkpoint.as_deref(), target.film()];
+        let mut kept = kept.into_iter().flatten().peekable();
+        let needing = [("--resume", args.resume), ("--every", args.every.is_some())];
+        if let (None, Some((flag, _))) = (kept.peek(), needing.iter().find(|(_, given)| *given)) {
+            let message = format!("{flag} needs --checkpoint FILE, or a .gdpt as output");
+            return Err(Error::Setting(message));
+        }
+        for path in kept {
+            if output::regular_file(path)?.exists() && !args.resume {
+                let message =
+                    "there is a checkpoint already: --resume goes on from it, or remove it";
+                return Err(Error::input(path, None, message));
             }
-            continue;
-        };
-        if output::regular_file(path)?.exists() && !args.resume {
-            let message = "there is a checkpoint already: --resume goes on from it, or remove it";
-            return Err(Error::input(path, None, message));
         }
     }
     Ok(())
@@ -57,8 +57,8 @@ pub(super) struct Saving {
     /// Samples of every pixel at which the render ends.
     samples: u64,
     complaint: Option<String>,
-    /// Held as long as this process writes the file.
-    lock: Option<(File, PathBuf)>,
+    /// Held as long as this process writes the files.
+    locks: Vec<Lock>,
 }
 
 impl Saving {
@@ -77,25 +77,26 @@ impl Saving {
             last: Instant::now(),
             samples: 0,
             complaint: None,
-            lock: None,
+            locks: Vec::new(),
         })
     }
 
-    /// Takes the checkpoint for this process alone.
+    /// Takes the files for this process alone. Another one may end soon: a film can be tried again.
     pub(super) fn lock(&mut self) -> Result<()> {
-        let Some(path) = &self.path else {
-            return Ok(());
-        };
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(".lock");
-        let place = path.with_file_name(name);
-        let file = File::create(&place).map_err(Error::io(&place, "cannot be written"))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let message = "another render is writing this checkpoint";
-            return Err(Error::input(path, None, message));
-        }
-        self.lock = Some((file, place));
+        let both = [&self.path, &self.film];
+        let mut paths: Vec<&Path> = both.into_iter().flatten().map(PathBuf::as_path).collect();
+        paths.dedup();
+        let locks = paths.into_iter().map(Lock::new).collect::<Result<_>>();
+        self.locks = locks.map_err(|e| self.again(e))?;
         Ok(())
+    }
+
+    /// What goes wrong with a film may go well another time.
+    fn again(&self, e: Error) -> Error {
+        match self.film {
+            Some(_) => Error::Later(Box::new(e)),
+            None => e,
+        }
     }
 
     /// Fills the film with what is in the file. Its samples; `None` where it starts from nothing.
@@ -107,7 +108,15 @@ impl Saving {
         let Some(path) = there else {
             return Ok(None);
         };
-        self.before = checkpoint::load(path, &self.header.identity, film)?;
+        let header = checkpoint::load(path, &self.header.identity, film)?;
+        self.before = header.progress;
+        // Its samples were made by both.
+        let (there, here) = (header.about.processor, &mut self.header.about.processor);
+        if !there.split("; ").any(|name| name == here) {
+            *here = format!("{there}; {here}");
+        } else {
+            *here = there;
+        }
         self.resumed = film.count(Halves::Both);
         Ok(Some(self.resumed))
     }
@@ -164,8 +173,7 @@ impl Saving {
         {
             return Ok(self.before.clone());
         }
-        let whole = self.film.is_none() || self.samples == MAX_SPP || done >= self.samples;
-        progress.finished = outcome.ended != Ending::Interrupted && whole;
+        progress.finished = outcome.ended != Ending::Interrupted;
         if done > 0 && (self.film.is_some() || is_pass_end(done)) {
             self.save(film, &progress);
         }
@@ -173,11 +181,33 @@ impl Saving {
             let written = self.path.as_ref() == Some(&path) && self.complaint.is_none();
             if !written {
                 self.header.progress = progress.clone();
-                checkpoint::save(&path, &self.header, film)?;
+                checkpoint::save(&path, &self.header, film)
+                    .map_err(|e| self.elsewhere(&path, film, e))?;
                 self.complaint = None;
             }
         }
         Ok(progress)
+    }
+
+    /// Writes the film that cannot be at `path` to the folder for temporary files or the working directory, so that it
+    /// is not lost to a full disk; the error then names where it is.
+    fn elsewhere(&self, path: &Path, film: &Film, error: Error) -> Error {
+        let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
+        name.push(path.file_name().unwrap_or_default());
+        let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
+        let mut places = places
+            .into_iter()
+            .flatten()
+            .map(|folder| folder.join(&name));
+        let written = places.find(|place| checkpoint::save(place, &self.header, film).is_ok());
+        self.again(match written {
+            Some(place) => Error::Elsewhere {
+                what: "film",
+                place,
+                error: Box::new(error),
+            },
+            None => error,
+        })
     }
 
     fn progress(&self, counts: &Counts, elapsed: Duration, next_check: u64) -> Progress {
@@ -219,10 +249,47 @@ impl Saving {
     }
 }
 
-impl Drop for Saving {
-    fn drop(&mut self) {
-        if let Some((_, place)) = &self.lock {
-            let _ = std::fs::remove_file(place);
+/// A file that says that another one is being written.
+struct Lock {
+    place: PathBuf,
+    /// Locked as long as it is open.
+    _file: File,
+}
+
+impl Lock {
+    /// For the file at `path`.
+    fn new(path: &Path) -> Result<Self> {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".lock");
+        let place = path.with_file_name(name);
+        loop {
+            let file = File::create(&place).map_err(Error::io(&place, "cannot be written"))?;
+            if let Err(TryLockError::WouldBlock) = file.try_lock() {
+                let message = "another render is writing this file";
+                return Err(Error::input(path, None, message));
+            }
+            // Whoever held it has removed it, if that was between opening and locking.
+            if is_at(&file, &place) {
+                return Ok(Self { place, _file: file });
+            }
         }
+    }
+}
+
+#[cfg(unix)]
+fn is_at(file: &File, place: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let there = file.metadata().ok().zip(std::fs::metadata(place).ok());
+    there.is_some_and(|(a, b)| (a.dev(), a.ino()) == (b.dev(), b.ino()))
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &Path) -> bool {
+    true
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.place);
     }
 }

@@ -1,8 +1,9 @@
 //! Which pictures a call makes: each scene with where its picture goes.
 
+use super::limits;
 use super::turntable::{self, Frame};
 use crate::app::MADE_UP_FORMAT;
-use crate::cli::RenderArgs;
+use crate::cli::{CropFlag, RenderArgs};
 use crate::error::{Error, Result};
 use crate::load::scene_name;
 use crate::output::format::Format;
@@ -49,25 +50,19 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
         let (output, format) = match &folder {
             Some(folder) => {
                 let format = args.format.unwrap_or(MADE_UP_FORMAT);
-                let scene = scene_name(scene);
-                let (name, format) = match args.part {
-                    Some(Part { number, parts }) => {
-                        let digits = parts.to_string().len();
-                        (format!("{scene}-{number:0digits$}-of-{parts}.{FILM}"), None)
-                    }
-                    None => (format!("{scene}.{}", format.extension()), Some(format)),
-                };
-                (folder.join(name), format)
+                let format = args.part.is_none().then_some(format);
+                (folder.join(made_up(args, scene, format)), format)
             }
             None => {
                 let output = args.output.clone().unwrap_or_default();
                 let format = match output.extension() {
-                    Some(extension) if extension == FILM => None,
+                    Some(extension) if extension.eq_ignore_ascii_case(FILM) => None,
                     _ => Some(Format::of(&output, args.format)?),
                 };
                 (output, format)
             }
         };
+        limits::samples(args, format.is_none())?;
         let frames = turntable::frames(args, &output, format)?;
         // A film is asked about by itself.
         if folder.is_some() && format.is_some() {
@@ -91,6 +86,23 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
     let targets = targets.collect::<Result<Vec<_>>>()?;
     check(args, &targets)?;
     Ok(targets)
+}
+
+/// The name of a scene's picture, or of its film; of its parts and crops all have names of their own.
+fn made_up(args: &RenderArgs, scene: &Path, format: Option<Format>) -> String {
+    let mut name = scene_name(scene);
+    if let (Some(frame), None) = (args.frame, format) {
+        name += &format!("-{frame:03}");
+    }
+    if let Some(CropFlag { first, end }) = args.crop {
+        name += &format!("-{}-{}-{}-{}", first.0, first.1, end.0, end.1);
+    }
+    if let Some(Part { number, parts }) = args.part {
+        let digits = parts.to_string().len();
+        name += &format!("-{number:0digits$}-of-{parts}");
+    }
+    let extension = format.map_or(FILM, Format::extension);
+    format!("{name}.{extension}")
 }
 
 /// The folder for pictures whose names are made up of their scenes'; `None` where the picture has a name.

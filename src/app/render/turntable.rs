@@ -7,15 +7,18 @@ use crate::exposure::Exposure;
 use crate::film::Film;
 use crate::output::format::Format;
 use crate::output::is_stream;
+use crate::path::Counts;
 use crate::picture;
 use crate::reconstruct::Method;
-use crate::render::{Job, Limits, TILE_SIZE};
+use crate::render::{Ending, Job, Limits, Method as RenderMethod, TILE_SIZE};
+use crate::scene::camera::Camera;
 use std::path::{Path, PathBuf};
 
 /// Most views.
 const MOST: u32 = 10_000;
-/// Samples by which the first view is metered.
-const METERED: u64 = 8;
+/// Samples by which the first view is metered, and pixels along its longer side.
+const METERED: u64 = 16;
+const METERED_SIDE: u32 = 256;
 
 /// One of the views.
 #[derive(Debug)]
@@ -85,19 +88,29 @@ pub(super) fn frames(
     Ok(Some(indices.map(of).collect()))
 }
 
+/// A camera that sees what `camera` does, in few pixels.
+pub(super) fn of_few_pixels(camera: &Camera) -> Camera {
+    let longest = camera.width.max(camera.height).max(METERED_SIDE);
+    let shrink =
+        |side: u32| (u64::from(side) * u64::from(METERED_SIDE) / u64::from(longest)).max(1) as u32;
+    camera.at_size(shrink(camera.width), shrink(camera.height))
+}
+
 /// By how many stops views are brightened that are rendered one by one: as the first one of few samples, so that it is
-/// the same for all. Works on the current pool.
-pub(super) fn stops(first: Job, exposure: Exposure) -> f32 {
+/// the same for all. Works on the current pool; `stop` ends it early.
+pub(super) fn stops(first: Job, exposure: Exposure, stop: &(dyn Fn() -> bool + Sync)) -> f32 {
     let camera = &first.scene.camera;
     let mut film = Film::new(camera.width, camera.height, TILE_SIZE);
     let job = Job {
+        method: RenderMethod::Pt,
         limits: Limits {
             samples: METERED,
             time: None,
         },
         ..first
     };
-    job.run(&mut film, &mut |_, _| None, &mut |_| ());
+    let mut ended = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
+    job.run(&mut film, &mut ended, &mut |_| ());
     let picture = picture::of_film(&film, Method::Primal);
     finish::stops(exposure, &film, &picture, &film.first_hits())
 }
