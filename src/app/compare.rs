@@ -108,6 +108,7 @@ fn table(c: &Comparison) -> String {
         measured(&c.errors.rel_mse)
     );
     text += &format!("  trimmed        {:.4e}\n", c.errors.rel_mse_trimmed);
+    text += &format!("  specks         {:.4e}\n", c.errors.rel_mse_specks);
     let share = c.errors.rel_bias.map(|b| format!(" ({:+.3} %)", b * 100.0));
     text += &format!(
         "bias             {:+.4e}{}\n",

@@ -53,6 +53,8 @@ pub struct Row {
     pub rel_mse_interval: Option<f64>,
     /// The same error without the worst 0.1 % of pixels.
     pub rel_mse_trimmed: f64,
+    /// What of the error is dots and dashes.
+    pub rel_mse_specks: f64,
     /// Squared error.
     pub mse: f64,
     /// Mean of image minus reference, as a share of the reference's mean; none for a black reference.

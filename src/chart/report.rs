@@ -209,7 +209,7 @@ fn last_errors(curves: &[Curve]) -> Markup {
         table {
             tr {
                 th { "method" } th { "samples" } th { "seconds" } th { "solving" } th { "relMSE" }
-                th { "trimmed" } th { "bias" }
+                th { "trimmed" } th { "specks" } th { "bias" }
             }
             @for Curve { name, rows } in curves {
                 @let bias = of(rows, |r| 100.0 * r.rel_bias.unwrap_or(0.0));
@@ -220,6 +220,7 @@ fn last_errors(curves: &[Curve]) -> Markup {
                     td { (format!("{:.2}", of(rows, |r| r.seconds_solving).value)) }
                     td { (format!("{:.2e}", of(rows, |r| r.rel_mse).value)) }
                     td { (format!("{:.2e}", of(rows, |r| r.rel_mse_trimmed).value)) }
+                    td { (format!("{:.2e}", of(rows, |r| r.rel_mse_specks).value)) }
                     td { (signed(bias)) " %" }
                 }
             }

@@ -143,6 +143,7 @@ impl Run<'_> {
                     rel_mse: found.rel_mse.value,
                     rel_mse_interval: found.rel_mse.interval,
                     rel_mse_trimmed: found.rel_mse_trimmed,
+                    rel_mse_specks: found.rel_mse_specks,
                     mse: found.mse.value,
                     rel_bias: found.rel_bias,
                 });

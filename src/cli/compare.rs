@@ -7,10 +7,12 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 relMSE is the mean of the squared error over the square of the reference + 0.01; trimmed, it is
-without the worst 0.1 % of pixels. The noise of one reference counts as error. With two that are
-independent (other seeds) and of the same quality, it cancels: (image - ref 1)(image - ref 2) is
-an unbiased estimate of the squared error, and ± is the 95 % interval that the references' noise
-leaves, for this image (for relMSE, where the references' noise is small against their values).
+without the worst 0.1 % of pixels. Specks is what of it is dots and dashes: the error of the
+Laplacian, which is relMSE for white noise and next to nothing for blotches. The noise of one
+reference counts as error. With two that are independent (other seeds) and of the same quality, it
+cancels: (image - ref 1)(image - ref 2) is an unbiased estimate of the squared error, and ± is the
+95 % interval that the references' noise leaves, for this image (for relMSE, where the references'
+noise is small against their values).
 PSNR and SSIM are those of the pictures as PNG shows them (sRGB).
 
 Examples:

@@ -4,6 +4,7 @@
 //! own noise cancels. With one, its noise counts as error.
 
 mod similarity;
+mod specks;
 
 pub use similarity::{psnr, ssim};
 
@@ -47,6 +48,9 @@ pub struct Errors {
     pub rel_mse: Measured,
     /// The same without the worst 0.1 % of pixels.
     pub rel_mse_trimmed: f64,
+    /// What of the relative squared error is dots and dashes: that of the Laplacian, over that of white noise, so that
+    /// it is relMSE where neighbouring pixels err independently, and next to nothing where they err alike.
+    pub rel_mse_specks: f64,
     /// Mean of image minus reference.
     pub bias: f64,
     /// The same as a share of the reference's mean; `None` for a black reference.
@@ -169,6 +173,7 @@ pub fn errors(image: &Image, references: References) -> Errors {
         mse: measured(&errors.squared, &errors.spread),
         rel_mse: measured(&errors.relative, &errors.relative_spread),
         rel_mse_trimmed: trimmed(&errors),
+        rel_mse_specks: specks::rel_mse_specks(image, references),
         bias,
         rel_bias: Some(bias / mean_of(&reference)).filter(|b| b.is_finite()),
     }
