@@ -54,14 +54,14 @@ pub struct Base<F = f32> {
 
 /// Its offset path y = T(x). Both 0 where the shift is dead.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shift<F = f32> {
+pub struct Offset<F = f32> {
     /// Y = f(y)|T'|/p_t(x).
     pub value: Vector<F>,
     /// Σ_s p_s(y)|T'|/p_t(x) over the techniques s.
     pub densities: F,
 }
 
-impl<F: Float> Shift<F> {
+impl<F: Float> Offset<F> {
     /// A dead shift.
     pub const DEAD: Self = Self {
         value: Vector::ZERO,
@@ -78,13 +78,13 @@ impl<F: Float> Base<F> {
 
     /// What the path adds to the difference from its own pixel to the neighbour, w·(Y − F).
     #[inline(always)]
-    pub fn difference(&self, shift: &Shift<F>, weights: Weights) -> Vector<F> {
+    pub fn difference(&self, shift: &Offset<F>, weights: Weights) -> Vector<F> {
         (shift.value - self.value) * self.weight(shift, weights)
     }
 
     /// The weight w. Over all techniques and both directions the weights of one path pair add to 1.
     #[inline(always)]
-    pub fn weight(&self, shift: &Shift<F>, weights: Weights) -> F {
+    pub fn weight(&self, shift: &Offset<F>, weights: Weights) -> F {
         match weights {
             Weights::Mis => F::ONE / (self.densities + shift.densities),
             Weights::Symmetric => {
@@ -126,7 +126,7 @@ mod tests {
                             continue;
                         }
                         let base = Base { value: Vector::ONE, densities: (x.0 + x.1) / own };
-                        let shift = Shift { value: Vector::ONE, densities: (y.0 + y.1) * j / own };
+                        let shift = Offset { value: Vector::ONE, densities: (y.0 + y.1) * j / own };
                         sum += base.weight(&shift, weights);
                     }
                 }
@@ -146,18 +146,18 @@ mod tests {
             (own, shifted) in (1.0f32..1e4, 1e-6f32..1e6),
         ) {
             let base = Base::<f32> { value: Vector::grey(f), densities: own };
-            let shift = Shift { value: Vector::grey(y), densities: shifted };
+            let shift = Offset { value: Vector::grey(y), densities: shifted };
             let difference = base.difference(&shift, Weights::Mis).x;
             let (least, most) = (-f / own, y / shifted);
             prop_assert!(difference >= least * 1.0001 && difference <= most * 1.0001);
 
             for weights in [Weights::Mis, Weights::Symmetric] {
                 let lanes = Base::<f32x8> { value: Vector::splat(base.value.into()), densities: f32x8::splat(own) };
-                let there = Shift { value: Vector::splat(shift.value.into()), densities: f32x8::splat(shifted) };
+                let there = Offset { value: Vector::splat(shift.value.into()), densities: f32x8::splat(shifted) };
                 prop_assert_eq!(lanes.primal().lane(3), base.primal().into());
                 prop_assert_eq!(lanes.difference(&there, weights).lane(4), base.difference(&shift, weights).into());
-                let dead = lanes.difference(&Shift::DEAD, weights).lane(7);
-                prop_assert_eq!(dead, base.difference(&Shift::DEAD, weights).into());
+                let dead = lanes.difference(&Offset::DEAD, weights).lane(7);
+                prop_assert_eq!(dead, base.difference(&Offset::DEAD, weights).into());
             }
         }
     }
@@ -170,7 +170,7 @@ mod tests {
         };
         for weights in [Weights::Mis, Weights::Symmetric] {
             assert_eq!(
-                Vec3::from(base.difference(&Shift::DEAD, weights)),
+                Vec3::from(base.difference(&Offset::DEAD, weights)),
                 Vec3::splat(-2.0)
             );
         }

@@ -9,7 +9,7 @@ use super::link::Unseen;
 use super::manifold::{Found, Kept, Request};
 use super::plain::PlainPaths;
 use super::{Counts, Share, Tile, primary};
-use crate::gradient::{Base, Neighbour, Shift, Weights};
+use crate::gradient::{Base, Neighbour, Offset, Weights};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
 use crate::manifold::Walks;
 use crate::sampler::Sampler;
@@ -96,7 +96,7 @@ impl<const N: usize> Block<N> {
         &mut self,
         weights: Weights,
         base: &Base<f32x8>,
-        shifts: &[Shift<f32x8>; N],
+        shifts: &[Offset<f32x8>; N],
         holds: u32,
     ) {
         let holds = mask_of(holds);
@@ -188,7 +188,7 @@ impl<const N: usize> BasePaths<N> {
             for (to, offset) in to.iter_mut().zip(&block.offsets) {
                 let connected = mask_of(offset.connected());
                 let CarriedX8 { throughput, ratio } = offset.carried;
-                let shift = Shift {
+                let shift = Offset {
                     value: Vec3x8::select(connected, throughput, Vec3x8::ZERO),
                     densities: connected & ratio,
                 };

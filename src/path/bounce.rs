@@ -5,7 +5,7 @@ use super::base::{BasePaths, Block, Own};
 use super::link::{light_end, start};
 use super::manifold::{Found, Kept};
 use super::{Context, Counts, trace_any, trace_closest};
-use crate::gradient::{Base, Shift};
+use crate::gradient::{Base, Offset};
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
@@ -260,7 +260,7 @@ impl<const N: usize> BasePaths<N> {
                 // What BSDF sampling alone has found.
                 let alone = flight.by_chain & !flight.walked;
                 if !DIFFUSE && alone != 0 {
-                    block.gather(weights, &base, &[Shift::DEAD; N], alone);
+                    block.gather(weights, &base, &[Offset::DEAD; N], alone);
                 }
             }
             for (offset, follower) in block.offsets.iter_mut().zip(&flight.followers) {
@@ -438,12 +438,12 @@ impl<const N: usize> Flight<N> {
     pub(super) fn complete<const DIFFUSE: bool>(
         &self,
         block: &Block<N>,
-    ) -> (Base<f32x8>, [Shift<f32x8>; N]) {
+    ) -> (Base<f32x8>, [Offset<f32x8>; N]) {
         let base = Base {
             value: block.throughput * self.radiance,
             densities: f32x8::ONE + self.by_light,
         };
-        let mut shifts = [Shift::DEAD; N];
+        let mut shifts = [Offset::DEAD; N];
         for (j, offset) in block.offsets.iter().enumerate() {
             let follower = &self.followers[j];
             let mut radiance = self.radiance;
@@ -456,7 +456,7 @@ impl<const N: usize> Flight<N> {
             let free = mask_of(offset.alive() & !lost);
             let value = offset.carried.throughput * radiance;
             let densities = (free & offset.carried.ratio) + follower.by_light;
-            shifts[j] = Shift {
+            shifts[j] = Offset {
                 value: Vec3x8::select(free, value, Vec3x8::ZERO),
                 densities: mask_of(offset.alive()) & densities,
             };

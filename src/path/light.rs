@@ -5,7 +5,7 @@ use super::base::{BasePaths, Block, Own};
 use super::{Context, trace_any};
 use crate::bsdf::Evals;
 use crate::geometry::Seen;
-use crate::gradient::{Base, Shift};
+use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, negative};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
@@ -146,10 +146,10 @@ impl<const N: usize> LightBlock<N> {
 
     /// The complete paths, once the shadow rays are traced; a bit for each lane with one.
     #[inline(always)]
-    pub(super) fn resolve(&self, rays: &AnyBatch) -> (Base<f32x8>, [Shift<f32x8>; N], u32) {
-        let Shift { value, densities } = self.base.resolve(rays);
+    pub(super) fn resolve(&self, rays: &AnyBatch) -> (Base<f32x8>, [Offset<f32x8>; N], u32) {
+        let Offset { value, densities } = self.base.resolve(rays);
         let base = Base { value, densities };
-        let mut shifts = [Shift::DEAD; N];
+        let mut shifts = [Offset::DEAD; N];
         for (shift, offset) in shifts.iter_mut().zip(&self.offsets) {
             *shift = offset.resolve(rays);
         }
@@ -167,9 +167,9 @@ impl ConnectionX8 {
     };
 
     #[inline(always)]
-    fn resolve(&self, rays: &AnyBatch) -> Shift<f32x8> {
+    fn resolve(&self, rays: &AnyBatch) -> Offset<f32x8> {
         let free = mask_of(self.holds & !rays.blocked(&self.ray, self.holds));
-        Shift {
+        Offset {
             value: Vec3x8::select(free, self.value, Vec3x8::ZERO),
             densities: mask_of(self.holds) & (self.by_light + (free & self.by_bsdf)),
         }

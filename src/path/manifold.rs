@@ -11,7 +11,7 @@ use super::Context;
 use super::base::{BasePaths, Block};
 use super::chain::NONE;
 use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start};
-use crate::gradient::{Base, Shift};
+use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::manifold::{Through, Walks};
 use crate::scene::Scene;
@@ -276,7 +276,7 @@ impl<const N: usize> BasePaths<N> {
 pub(super) struct Walked<const N: usize> {
     pub(super) text: String,
     /// The complete path with its shifts, if there is one.
-    pub(super) complete: Option<(Base<f32x8>, [Shift<f32x8>; N])>,
+    pub(super) complete: Option<(Base<f32x8>, [Offset<f32x8>; N])>,
 }
 
 /// What BSDF sampling has found by a chain: light, in a lane of a live block.
@@ -342,7 +342,7 @@ impl<const N: usize> Places<'_, N> {
         context: Context,
         walks: &Walks,
         request: &Request<N>,
-    ) -> (Base<f32x8>, [Shift<f32x8>; N], u32, u32) {
+    ) -> (Base<f32x8>, [Offset<f32x8>; N], u32, u32) {
         let (scene, k) = (context.scene, request.k);
         let x = self.vertices;
         let ways = &request.ways;
@@ -360,11 +360,11 @@ impl<const N: usize> Places<'_, N> {
             value: seen(self.throughput * eval.value * links.arriving),
             densities: mask_of(holds).select(densities, f32x8::ONE),
         };
-        let mut shifts = [Shift::DEAD; N];
+        let mut shifts = [Offset::DEAD; N];
         let mut dead = 0;
         for (j, (shift, offset)) in shifts.iter_mut().zip(self.offsets).enumerate() {
             let carried = offset.carried;
-            let mut put = |new: Shift<f32x8>, lanes: u32| {
+            let mut put = |new: Offset<f32x8>, lanes: u32| {
                 let lanes = mask_of(lanes);
                 shift.value = Vec3x8::select(lanes, new.value, shift.value);
                 shift.densities = lanes.select(new.densities, shift.densities);
@@ -372,7 +372,7 @@ impl<const N: usize> Places<'_, N> {
             if offset.connected() != 0 {
                 let value = seen(carried.throughput * eval.value * links.arriving);
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
-                put(Shift { value, densities }, offset.connected() & holds);
+                put(Offset { value, densities }, offset.connected() & holds);
             }
             if offset.joined() != 0 {
                 let eval = x.eval_seen_from::<false>(scene, offset.wo, links.wi);
@@ -380,7 +380,7 @@ impl<const N: usize> Places<'_, N> {
                 let value = seen(carried.throughput * eval.value * links.arriving);
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
                 let lanes = offset.joined() & holds & eval.holds.to_bitmask();
-                put(Shift { value, densities }, lanes);
+                put(Offset { value, densities }, lanes);
             }
             let lanes = offset.free() & holds;
             if lanes != 0 {
@@ -399,7 +399,7 @@ impl<const N: usize> Places<'_, N> {
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
                 let finite = (value.is_finite() & densities.is_finite()).to_bitmask();
                 let there = links.holds & eval.holds.to_bitmask() & finite;
-                put(Shift { value, densities }, there);
+                put(Offset { value, densities }, there);
                 dead += (lanes & !links.holds).count_ones();
             }
         }

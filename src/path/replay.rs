@@ -4,7 +4,7 @@
 use super::base::{BasePaths, Block};
 use super::bounce::Flight;
 use super::{Context, Counts, PathSettings, PathTracer, Step, Tile};
-use crate::gradient::{Base, Neighbour, Shift, Weights};
+use crate::gradient::{Base, Neighbour, Offset, Weights};
 use crate::lanes::Vector;
 use crate::scene::Scene;
 use crate::shift::{CarriedX8, Death};
@@ -119,8 +119,8 @@ fn base_of(base: &Base<f32x8>) -> Base {
     }
 }
 
-fn shift_of(shift: &Shift<f32x8>) -> Shift {
-    Shift {
+fn shift_of(shift: &Offset<f32x8>) -> Offset {
+    Offset {
         value: Vector::from(shift.value.lane(LANE)),
         densities: shift.densities.as_array()[LANE],
     }
@@ -156,7 +156,7 @@ impl Log {
                     if !holds(flight.walked) {
                         let (base, _) = flight.complete::<false>(block);
                         let what = "no walk finds this path, and it has no shifts";
-                        self.complete(what, &base, &[Shift::DEAD; N], weights);
+                        self.complete(what, &base, &[Offset::DEAD; N], weights);
                     }
                 }
             }
@@ -326,7 +326,7 @@ impl Log {
         &mut self,
         what: &str,
         base: &Base<f32x8>,
-        shifts: &[Shift<f32x8>],
+        shifts: &[Offset<f32x8>],
         weights: Weights,
     ) {
         let base = base_of(base);

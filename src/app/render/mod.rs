@@ -2,6 +2,7 @@
 
 mod error_check;
 pub(super) mod limits;
+mod lock;
 mod nothing;
 mod replay;
 mod saving;
