@@ -31,7 +31,7 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
     output::check_outputs(&inputs, &outputs)?;
     let format = Format::of(&args.output, args.format)?;
     let preview = finish::preview(args.preview.as_deref())?;
-    let pool = thread_pool(args.threads)?;
+    let pool = thread_pool(args.making.threads)?;
     let plan = Plan::new(&args.parts, args.partial)?;
     let of_header = |name: &str| plan.identity.get(name).map_or("", |v| v.as_str());
     let senseless =
@@ -54,14 +54,19 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
     }
     render::limits::memory(plan.window, false, "merge on a machine that has more")?;
     let mut warnings = Warnings::new(args.strict);
-    let method = reconstruction(kind, args.alpha, pool.current_num_threads(), &mut warnings)?;
+    let method = reconstruction(
+        kind,
+        args.making.alpha,
+        pool.current_num_threads(),
+        &mut warnings,
+    )?;
     for remark in &plan.remarks {
         warnings.push(remark)?;
     }
-    Reporter::new(args.quiet).warnings(warnings.list());
+    Reporter::new(args.making.quiet).warnings(warnings.list());
 
     // Film.
-    let mut steps = Steps::new(args.quiet || plan.len() < MANY, plan.len() as f64);
+    let mut steps = Steps::new(args.making.quiet || plan.len() < MANY, plan.len() as f64);
     let film = plan.sum(&mut |count| {
         steps.begin(&format!("{count} of {} films", plan.len()));
         steps.done(1.0);
@@ -70,7 +75,7 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
     if film.samples == [0; 2] {
         return Err(Error::Setting("there are no samples in these files".into()));
     }
-    let mut reporter = Reporter::new(args.quiet);
+    let mut reporter = Reporter::new(args.making.quiet);
     if let Some(remark) = different(&plan.processors) {
         reporter.say(&remark);
     }
@@ -83,8 +88,8 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
         format,
         preview,
         stats: args.stats.as_deref(),
-        exposure: args.exposure,
-        tone: args.tone,
+        exposure: args.making.exposure,
+        tone: args.making.tone,
         checkpoint: None,
     };
     let shown = outputs.shown(&OnceCell::new(), &film, &picture, &hits);

@@ -46,7 +46,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
     let inputs: Vec<&Path> = inputs.into_iter().flatten().map(|p| p.as_path()).collect();
     output::check_outputs(&inputs, &[&args.output])?;
     let format = Format::of(&args.output, args.format)?;
-    let pool = thread_pool(args.threads)?;
+    let pool = thread_pool(args.making.threads)?;
     let mut input = match (&args.input, &args.primal, &args.dx, &args.dy) {
         (Some(path), ..) => own_file(path)?,
         (None, Some(primal), Some(dx), Some(dy)) => {
@@ -72,14 +72,14 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         None if has_halves => Kind::Weighted,
         None => Kind::L2,
     };
-    if args.alpha == Some(Alpha::Auto) && !has_halves {
+    if args.making.alpha == Some(Alpha::Auto) && !has_halves {
         let message = "--alpha auto needs the variances that a render's own file has";
         return Err(Error::Setting(message.into()));
     }
     let mut warnings = Warnings::new(false);
     let threads = pool.current_num_threads();
-    let method = reconstruction(kind, args.alpha, threads, &mut warnings)?;
-    Reporter::new(args.quiet).warnings(warnings.list());
+    let method = reconstruction(kind, args.making.alpha, threads, &mut warnings)?;
+    Reporter::new(args.making.quiet).warnings(warnings.list());
 
     // Picture.
     let Input {
@@ -123,13 +123,13 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         background: *background,
     };
     let shown = (format != Format::Exr).then(|| Shown {
-        exposure: args.exposure.stops(&Metered {
+        exposure: args.making.exposure.stops(&Metered {
             image: &made.image,
             direct: &direct.all,
             coverage,
             albedo: albedo.as_ref(),
         }),
-        tone: args.tone,
+        tone: args.making.tone,
     });
     let depth = rest.channels.get("depth.Z");
     let nothing = depth.is_some_and(|depth| depth.iter().all(|&d| d == 0.0));
@@ -163,7 +163,7 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
             layers.write_crop(&args.output, window(rest))?;
         }
     }
-    if !args.quiet {
+    if !args.making.quiet {
         let Solution {
             iterations,
             residual,

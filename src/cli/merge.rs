@@ -1,10 +1,8 @@
 //! `gdpt merge`: definitions.
 
-use super::values::alpha;
-use crate::exposure::Exposure;
+use super::MakingArgs;
 use crate::output::format::Format;
-use crate::reconstruct::{Alpha, Kind};
-use crate::tone::Tone;
+use crate::reconstruct::Kind;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -53,33 +51,11 @@ pub struct MergeArgs {
     #[arg(long, conflicts_with = "reconstruct")]
     pub denoise: bool,
 
-    /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
-    /// variances [default: 0.2]
-    #[arg(long, value_parser = alpha)]
-    pub alpha: Option<Alpha>,
-
-    /// Brighten 8-bit pictures by this many stops; auto meters what the scene's surfaces send to the camera
-    #[arg(
-        long,
-        value_name = "auto|STOPS",
-        default_value = "auto",
-        allow_hyphen_values = true
-    )]
-    pub exposure: Exposure,
-
-    /// Tone curve of 8-bit pictures
-    #[arg(long, default_value = "neutral")]
-    pub tone: Tone,
-
-    /// Number of threads [default: all]
-    #[arg(long)]
-    pub threads: Option<usize>,
-
     /// Warnings are errors
     #[arg(long)]
     pub strict: bool,
 
-    /// Print errors only
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub making: MakingArgs,
 }

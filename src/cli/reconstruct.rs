@@ -1,10 +1,8 @@
 //! `gdpt reconstruct`: definitions.
 
-use super::values::alpha;
-use crate::exposure::Exposure;
+use super::MakingArgs;
 use crate::output::format::Format;
-use crate::reconstruct::{Alpha, Kind};
-use crate::tone::Tone;
+use crate::reconstruct::Kind;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -51,29 +49,7 @@ pub struct ReconstructArgs {
     #[arg(long)]
     pub reconstruct: Option<Kind>,
 
-    /// Weight of the primal against the gradients for l2 and l1: a number, or auto to take it from their
-    /// variances [default: 0.2]
-    #[arg(long, value_parser = alpha)]
-    pub alpha: Option<Alpha>,
-
-    /// Brighten 8-bit pictures by this many stops; auto meters what the scene's surfaces send to the camera
-    #[arg(
-        long,
-        value_name = "auto|STOPS",
-        default_value = "auto",
-        allow_hyphen_values = true
-    )]
-    pub exposure: Exposure,
-
-    /// Tone curve of 8-bit pictures
-    #[arg(long, default_value = "neutral")]
-    pub tone: Tone,
-
-    /// Number of threads [default: all]
-    #[arg(long)]
-    pub threads: Option<usize>,
-
-    /// Print errors only
-    #[arg(long)]
-    pub quiet: bool,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub making: MakingArgs,
 }

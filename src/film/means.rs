@@ -172,12 +172,7 @@ impl Film {
         };
         let mut sum = HalfPixel::default();
         for half in &pixel.halves[halves.range()] {
-            sum.primal += half.primal;
-            sum.dx += half.dx;
-            sum.dy += half.dy;
-            sum.primal_sq += half.primal_sq;
-            sum.dx_sq += half.dx_sq;
-            sum.dy_sq += half.dy_sq;
+            sum.add(half);
         }
         if cut.0 {
             (sum.dx, sum.dx_sq) = (Vec3::ZERO, Vec3::ZERO);

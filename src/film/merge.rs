@@ -89,13 +89,7 @@ fn add_outside(sums: &mut [Term; 2], terms: &[Term; 2]) {
 impl Pixel {
     fn add(&mut self, other: &Self) {
         for (half, other) in self.halves.iter_mut().zip(&other.halves) {
-            half.primal += other.primal;
-            half.dx += other.dx;
-            half.dy += other.dy;
-            half.primal_sq += other.primal_sq;
-            half.dx_sq += other.dx_sq;
-            half.dy_sq += other.dy_sq;
-            half.direct += other.direct;
+            half.add(other);
         }
         self.auxiliary.add(&other.auxiliary);
     }

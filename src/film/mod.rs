@@ -174,6 +174,18 @@ fn term(pixel: &PixelSums, half: usize, neighbour: Neighbour) -> Term {
 }
 
 impl HalfPixel {
+    /// Adds other sums.
+    #[inline]
+    fn add(&mut self, other: &Self) {
+        self.primal += other.primal;
+        self.dx += other.dx;
+        self.dy += other.dy;
+        self.primal_sq += other.primal_sq;
+        self.dx_sq += other.dx_sq;
+        self.dy_sq += other.dy_sq;
+        self.direct += other.direct;
+    }
+
     /// Adds what the right neighbour says, own minus neighbour.
     #[inline]
     fn add_right(&mut self, term: Term) {
