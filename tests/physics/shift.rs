@@ -387,7 +387,7 @@ fn check_copy(
 }
 
 proptest! {
-    #![proptest_config(common::cases(2000))]
+    #![proptest_config(common::cases(1000))]
 
     #[test]
     fn reconnection(n in neighbours(), next_normal in pair(), direction in pair(), distance in 0.5f32..3.0) {
