@@ -5,7 +5,7 @@
 
 use crate::checkpoint::{About, Header, Identity, Opened, Progress, difference};
 use crate::error::{Error, Result};
-use crate::film::{Film, Sums, Window};
+use crate::film::{Counted, Film, Window};
 use crate::part::Share;
 use crate::render::TILE_SIZE;
 use std::collections::{BTreeMap, BTreeSet};
@@ -39,10 +39,14 @@ struct Member {
     path: PathBuf,
     share: Share,
     progress: Progress,
-    background: String,
 }
 
 impl Member {
+    /// Its place in the order in which films are added.
+    fn place(&self) -> (Window, u32) {
+        (self.share.window, self.number())
+    }
+
     /// From 1 on.
     fn number(&self) -> u32 {
         self.share.samples.part().map_or(1, |p| p.number)
@@ -57,6 +61,8 @@ impl Member {
 fn common(header: &Header) -> Identity {
     let mut identity = header.identity.clone();
     identity.retain(|name, _| !OF_ONE_PART.contains(&name.as_str()));
+    // Samples do not depend on it, but a picture has one.
+    identity.insert("background".into(), header.about.background.clone());
     identity
 }
 
@@ -76,6 +82,7 @@ impl Headers {
     fn read(paths: &[PathBuf]) -> Result<Self> {
         let mut members = Vec::new();
         let mut processors = BTreeSet::new();
+        let mut first = None;
         // Of each render that there is a film of: how many there are, and the first of them.
         let mut renders: Vec<(Identity, Vec<usize>)> = Vec::new();
         for (index, path) in paths.iter().enumerate() {
@@ -88,16 +95,22 @@ impl Headers {
                 Some((_, of)) => of.push(index),
                 None => renders.push((identity, vec![index])),
             }
-            members.push(Member {
+            let member = Member {
                 path: path.clone(),
                 share: header.share,
                 progress: header.progress,
-                background: header.about.background,
-            });
+            };
+            if first
+                .as_ref()
+                .is_none_or(|(place, _)| member.place() < *place)
+            {
+                first = Some((member.place(), header.about));
+            }
+            members.push(member);
         }
         renders.sort_by_key(|(_, of)| std::cmp::Reverse(of.len()));
         let mut renders = renders.into_iter();
-        let Some((identity, of)) = renders.next() else {
+        let (Some((identity, of)), Some((_, about))) = (renders.next(), first) else {
             return Err(Error::Setting("there is nothing to merge".into()));
         };
         let of = &members[of[0]];
@@ -117,21 +130,11 @@ impl Headers {
                 "is of a picture of another size",
             ));
         }
-        members.sort_by_key(|m| (m.share.window, m.number()));
-        let first = &members[0];
-        if let Some(other) = members.iter().find(|m| m.background != first.background) {
-            let message = format!(
-                "has the background {}, and {} has {}: render them with the same --background",
-                other.background,
-                first.path.display(),
-                first.background
-            );
-            return Err(Error::input(&other.path, None, message));
-        }
+        members.sort_by_key(Member::place);
         Ok(Self {
-            about: Opened::open(&first.path)?.header.about,
             members,
             identity,
+            about,
             processors,
         })
     }
@@ -163,7 +166,8 @@ impl Plan {
                 .or_default()
                 .insert(member.number());
         }
-        let parts = members.first().map_or(1, Member::parts);
+        // There is one at least.
+        let parts = members[0].parts();
         for (window, numbers) in &windows {
             let absent: Vec<u32> = (1..=parts).filter(|n| !numbers.contains(n)).collect();
             if !absent.is_empty() {
@@ -175,11 +179,10 @@ impl Plan {
                 missing.push(format!("part {} of {parts}{of} missing", ranges(&absent)));
             }
         }
-        let mut all = windows.keys().copied();
-        let Some(first) = all.next() else {
-            return Err(Error::Setting("there is nothing to merge".into()));
-        };
-        let window = all.fold(first, |all, window| all.with(&window));
+        let of_first = members[0].share.window;
+        let window = windows
+            .keys()
+            .fold(of_first, |all, window| all.with(window));
         let covered: usize = windows.keys().map(Window::pixels).sum();
         if covered < window.pixels() {
             return Err(Error::Setting(format!(
@@ -235,26 +238,20 @@ impl Plan {
         })
     }
 
-    /// Number of films.
-    pub fn len(&self) -> usize {
+    /// Number of films, at least one.
+    pub fn films(&self) -> usize {
         self.members.len()
-    }
-
-    /// Whether there is none; there always is one.
-    pub fn is_empty(&self) -> bool {
-        self.members.is_empty()
     }
 
     /// Adds all films. `progress` is called after each, with how many there are so far.
     pub fn sum(&self, progress: &mut dyn FnMut(usize)) -> Result<Film> {
         let mut film = Film::of(self.window, TILE_SIZE);
-        let mut samples: BTreeMap<u32, (Sums, &Path)> = BTreeMap::new();
+        let mut samples: BTreeMap<u32, ([Counted; 2], &Path)> = BTreeMap::new();
         for (index, member) in self.members.iter().enumerate() {
             let Member {
                 path,
                 share,
                 progress: done,
-                ..
             } = member;
             let mut file = Opened::open(path)?;
             let header = &file.header;
@@ -265,22 +262,22 @@ impl Plan {
                 return Err(Error::input(path, None, "has changed while it was read"));
             }
             file.check_length(Film::bytes_of(share.window))?;
-            let sums = file.read(|mut input| film.add_from(share.window, &mut input))?;
+            let counted = file.read(|mut input| film.add_from(share.window, &mut input))?;
             let number = member.number();
             match samples.get(&number) {
-                Some((there, other)) if *there != sums => {
+                Some((there, other)) if *there != counted => {
                     let message = format!(
                         "has {} samples of each pixel, but {} has {}: crops must have the same",
-                        sums.samples.iter().sum::<u64>(),
+                        counted[0].samples + counted[1].samples,
                         other.display(),
-                        there.samples.iter().sum::<u64>()
+                        there[0].samples + there[1].samples
                     );
                     return Err(Error::input(path, None, message));
                 }
                 Some(_) => (),
                 None => {
-                    film.count_samples(&sums);
-                    samples.insert(number, (sums, path));
+                    film.count_samples(counted);
+                    samples.insert(number, (counted, path));
                 }
             }
             progress(index + 1);

@@ -93,13 +93,16 @@ impl Samples {
 impl Share {
     /// Whether it can be: not so in files that are damaged.
     pub fn is_valid(&self) -> bool {
-        let part = self.samples.part();
-        self.window.is_valid()
-            && part.is_none_or(|p| (1..=p.parts).contains(&p.number) && p.parts <= MOST)
+        self.window.is_valid() && self.samples.part().is_none_or(Part::is_valid)
     }
 }
 
 impl Part {
+    /// Whether it can be.
+    fn is_valid(self) -> bool {
+        (1..=self.parts).contains(&self.number) && self.parts <= MOST
+    }
+
     /// Its samples of `all`: whole passes, but that the last part's may be cut short. Empty only if there are more
     /// parts than passes.
     pub fn range(self, all: u64) -> Range<u64> {
@@ -118,14 +121,10 @@ impl FromStr for Part {
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/');
         let numbers = numbers.and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
-        match numbers {
-            Some((number, parts)) if (1..=parts).contains(&number) && parts <= MOST => {
-                Ok(Self { number, parts })
-            }
-            _ => Err(format!(
-                "a part is one of several, from 1/16 to 16/16 for example (of at most {MOST})"
-            )),
-        }
+        let part = numbers.map(|(number, parts)| Self { number, parts });
+        part.filter(|p| p.is_valid()).ok_or_else(|| {
+            format!("a part is one of several, from 1/16 to 16/16 for example (of at most {MOST})")
+        })
     }
 }
 

@@ -66,9 +66,12 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
     Reporter::new(args.making.quiet).warnings(warnings.list());
 
     // Film.
-    let mut steps = Steps::new(args.making.quiet || plan.len() < MANY, plan.len() as f64);
+    let mut steps = Steps::new(
+        args.making.quiet || plan.films() < MANY,
+        plan.films() as f64,
+    );
     let film = plan.sum(&mut |count| {
-        steps.begin(&format!("{count} of {} films", plan.len()));
+        steps.begin(&format!("{count} of {} films", plan.films()));
         steps.done(1.0);
     })?;
     steps.end();

@@ -1,6 +1,6 @@
 //! The film as bytes, for checkpoints: exactly its sums, little-endian.
 
-use super::{Film, HalfPixel, MAX_SAMPLES, Outside, Pixel, Sums, Term, Window};
+use super::{Counted, Film, HalfPixel, MAX_SAMPLES, Outside, Pixel, Term, Window};
 use crate::sums::Auxiliary;
 use glam::Vec3;
 use std::io::{Error, ErrorKind, Read, Result, Write};
@@ -21,12 +21,12 @@ impl Film {
 
     /// Writes the sums of all samples. What tiles hold for their neighbours is empty between passes.
     pub fn write_to(&self, out: &mut impl Write) -> Result<()> {
-        let sums = Sums {
-            samples: self.samples,
-            weights: self.weights,
-            squares: self.squares,
-        };
-        out.write_all(&sums.to_bytes())?;
+        for n in self.samples {
+            out.write_all(&n.to_le_bytes())?;
+        }
+        for weight in self.weights.iter().chain(&self.squares) {
+            out.write_all(&weight.to_le_bytes())?;
+        }
         for pixel in self.tiles.iter().flat_map(|t| &t.pixels) {
             out.write_all(&pixel.to_bytes())?;
         }
@@ -38,8 +38,10 @@ impl Film {
 
     /// Replaces the sums with those of a film of the same pixels.
     pub fn read_from(&mut self, input: &mut impl Read) -> Result<()> {
-        let sums = Sums::read_from(input)?;
-        (self.samples, self.weights, self.squares) = (sums.samples, sums.weights, sums.squares);
+        let counted = read_counted(input)?;
+        self.samples = counted.map(|half| half.samples);
+        self.weights = counted.map(|half| half.weight);
+        self.squares = counted.map(|half| half.square);
         for pixel in self.tiles.iter_mut().flat_map(|t| &mut t.pixels) {
             *pixel = Pixel::read_from(input)?;
         }
@@ -54,41 +56,28 @@ impl Film {
 /// Bytes before the pixels.
 const HEAD: usize = 48;
 
-impl Sums {
-    fn to_bytes(self) -> [u8; HEAD] {
-        let counts = self.samples.map(u64::to_le_bytes);
-        let sums = [self.weights, self.squares].map(|sums| sums.map(f64::to_le_bytes));
-        let mut bytes = [0; HEAD];
-        let words = counts.iter().chain(sums.iter().flatten());
-        for (place, word) in bytes.chunks_exact_mut(8).zip(words) {
-            place.copy_from_slice(word);
-        }
-        bytes
+/// What stands before the pixels.
+pub(super) fn read_counted(input: &mut impl Read) -> Result<[Counted; 2]> {
+    let mut word = || -> Result<[u8; 8]> {
+        let mut bytes = [0; 8];
+        input.read_exact(&mut bytes)?;
+        Ok(bytes)
+    };
+    let samples = [word()?, word()?].map(u64::from_le_bytes);
+    let weights = [word()?, word()?].map(f64::from_le_bytes);
+    let squares = [word()?, word()?].map(f64::from_le_bytes);
+    let finite = weights.iter().chain(&squares).all(|w| w.is_finite());
+    if !finite || samples.iter().any(|&n| n > MAX_SAMPLES) {
+        return Err(Error::new(
+            ErrorKind::InvalidData,
+            "its samples make no sense",
+        ));
     }
-
-    /// What stands before the pixels.
-    pub(super) fn read_from(input: &mut impl Read) -> Result<Self> {
-        let mut word = || -> Result<[u8; 8]> {
-            let mut bytes = [0; 8];
-            input.read_exact(&mut bytes)?;
-            Ok(bytes)
-        };
-        let samples = [word()?, word()?].map(u64::from_le_bytes);
-        let weights = [word()?, word()?].map(f64::from_le_bytes);
-        let squares = [word()?, word()?].map(f64::from_le_bytes);
-        let finite = weights.iter().chain(&squares).all(|w| w.is_finite());
-        if !finite || samples.iter().any(|&n| n > MAX_SAMPLES) {
-            return Err(Error::new(
-                ErrorKind::InvalidData,
-                "its samples make no sense",
-            ));
-        }
-        Ok(Self {
-            samples,
-            weights,
-            squares,
-        })
-    }
+    Ok([0, 1].map(|half| Counted {
+        samples: samples[half],
+        weight: weights[half],
+        square: squares[half],
+    }))
 }
 
 /// Bytes of what a pixel says of one difference to a pixel outside.

@@ -14,7 +14,6 @@ mod merge;
 mod window;
 
 pub use means::{FirstHits, Halves};
-pub use merge::Sums;
 pub use window::Window;
 
 use crate::gradient::Neighbour;
@@ -103,8 +102,8 @@ pub struct Film {
     squares: [f64; 2],
 }
 
-/// The samples of a pass in one half.
-#[derive(Clone, Copy, Debug, Default)]
+/// Samples of one half: those of a pass, or of a film.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counted {
     /// Their number.
     pub samples: u64,
@@ -201,13 +200,20 @@ impl HalfPixel {
     }
 }
 
-/// Adds `terms` to as many places.
-fn add_all(places: &mut [[Term; 2]], terms: &[[Term; 2]]) {
-    for (place, terms) in places.iter_mut().zip(terms) {
-        for (sum, term) in place.iter_mut().zip(terms) {
-            sum.sum += term.sum;
-            sum.square += term.square;
+impl Pixel {
+    /// Adds to both halves what a neighbour says.
+    fn add_terms(&mut self, terms: &[Term; 2], add: fn(&mut HalfPixel, Term)) {
+        for (half, &term) in self.halves.iter_mut().zip(terms) {
+            add(half, term);
         }
+    }
+}
+
+/// Adds what is said of a difference to pixels outside.
+fn add_terms(sums: &mut [Term; 2], terms: &[Term; 2]) {
+    for (sum, term) in sums.iter_mut().zip(terms) {
+        sum.sum += term.sum;
+        sum.square += term.square;
     }
 }
 
@@ -275,32 +281,33 @@ impl Film {
                 let tile = &mut self.tiles[index - 1];
                 let width = tile.tile.width as usize;
                 for (y, terms) in borders.left.iter().enumerate() {
-                    let halves = &mut tile.pixels[y * width + width - 1].halves;
-                    halves
-                        .iter_mut()
-                        .zip(terms)
-                        .for_each(|(half, &p)| half.add_right(p));
+                    tile.pixels[y * width + width - 1].add_terms(terms, HalfPixel::add_right);
                 }
             } else if tile.x > 0 {
                 let places = &mut self.outside.left[(tile.y - self.window.y) as usize..];
-                add_all(places, &borders.left);
+                for (place, terms) in places.iter_mut().zip(&borders.left) {
+                    add_terms(place, terms);
+                }
             }
             if index >= columns {
                 let tile = &mut self.tiles[index - columns];
                 let (width, height) = (tile.tile.width as usize, tile.tile.height as usize);
                 for (x, terms) in borders.up.iter().enumerate() {
-                    let halves = &mut tile.pixels[(height - 1) * width + x].halves;
-                    halves
-                        .iter_mut()
-                        .zip(terms)
-                        .for_each(|(half, &p)| half.add_below(p));
+                    tile.pixels[(height - 1) * width + x].add_terms(terms, HalfPixel::add_below);
                 }
             } else if tile.y > 0 {
                 let places = &mut self.outside.up[(tile.x - self.window.x) as usize..];
-                add_all(places, &borders.up);
+                for (place, terms) in places.iter_mut().zip(&borders.up) {
+                    add_terms(place, terms);
+                }
             }
             self.tiles[index].borders = borders;
         }
+        self.count_samples(counted);
+    }
+
+    /// Counts samples whose sums are there for all pixels.
+    pub fn count_samples(&mut self, counted: [Counted; 2]) {
         for (half, counted) in counted.iter().enumerate() {
             self.samples[half] += counted.samples;
             self.weights[half] += counted.weight;

@@ -109,6 +109,30 @@ pub fn light(radiance: f32) -> MtlMaterial {
     }
 }
 
+pub fn mirror() -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([0.0; 3]),
+        ks: Some([0.9, 0.8, 0.7]),
+        pm: Some(1.0),
+        pr: Some(0.0),
+        ..Default::default()
+    }
+}
+
+pub fn glass(ior: f32) -> MtlMaterial {
+    MtlMaterial {
+        kd: Some([0.0; 3]),
+        ni: Some(ior),
+        illum: Some(7),
+        ..Default::default()
+    }
+}
+
+/// A level square about the vertical axis, its front upwards.
+pub fn level(y: f32, half: f32) -> [[f32; 3]; 4] {
+    [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| [x, y, z])
+}
+
 /// What and how to render in a test.
 #[derive(Clone, Copy)]
 pub struct Render {

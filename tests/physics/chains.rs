@@ -2,7 +2,7 @@
 //!
 //! Significance as in `gradients`.
 
-use crate::common::{self, Rng, lambert, light, sphere, tracer};
+use crate::common::{self, Rng, glass, lambert, level, light, mirror, sphere, tracer};
 use crate::gradients::{SIZE, check, reference};
 use gdpt::gradient::Weights;
 use gdpt::load::mtl::MtlMaterial;
@@ -18,11 +18,6 @@ const BOARD: usize = 4;
 
 /// A scene of these polygons on a floor, below a wide lamp, seen from the front.
 fn scene(polygons: &[(Vec<[f32; 3]>, usize)]) -> Scene {
-    let level = |y: f32, half: f32| {
-        [(-half, half), (half, half), (half, -half), (-half, -half)]
-            .map(|(x, z)| [x, y, z])
-            .to_vec()
-    };
     let (floor, mut lamp) = (level(0.0, 2.0), level(1.6, 0.6));
     lamp.reverse();
     let mut all: Vec<(&[[f32; 3]], usize)> = vec![(&floor, FLOOR), (&lamp, LAMP)];
@@ -38,19 +33,6 @@ fn scene(polygons: &[(Vec<[f32; 3]>, usize)]) -> Scene {
         environment: Default::default(),
         roughness_threshold: 0.01,
     };
-    let mirror = MtlMaterial {
-        kd: Some([0.0; 3]),
-        ks: Some([0.9, 0.8, 0.7]),
-        pm: Some(1.0),
-        pr: Some(0.0),
-        ..Default::default()
-    };
-    let glass = MtlMaterial {
-        kd: Some([0.0; 3]),
-        ni: Some(1.5),
-        illum: Some(7),
-        ..Default::default()
-    };
     // Glossy, with holes as fine as threads.
     let board = MtlMaterial {
         kd: Some([0.5, 0.3, 0.2]),
@@ -61,7 +43,7 @@ fn scene(polygons: &[(Vec<[f32; 3]>, usize)]) -> Scene {
     };
     common::polygons(
         &all,
-        vec![lambert(0.6), light(3.0), mirror, glass, board],
+        vec![lambert(0.6), light(3.0), mirror(), glass(1.5), board],
         &settings,
     )
 }

@@ -212,13 +212,10 @@ fn filters() {
 /// what is behind them through them too.
 #[test]
 fn panes() {
-    let level = |y: f32, half: f32| {
-        [(-half, half), (half, half), (half, -half), (-half, -half)].map(|(x, z)| [x, y, z])
-    };
     let upright = |x: f32, z: f32, turn: f32| {
         [(-0.3, 0.0), (0.3, 0.0), (0.3, 0.7), (-0.3, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
     };
-    let (floor, mut lamp) = (level(0.0, 2.0), level(1.2, 0.5));
+    let (floor, mut lamp) = (common::level(0.0, 2.0), common::level(1.2, 0.5));
     lamp.reverse();
     let sheets = [
         upright(-0.6, 0.4, 0.5),

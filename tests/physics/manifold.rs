@@ -1,6 +1,6 @@
 //! Chains of mirrors and glass: 𝒢 against numeric derivatives, answers against closed forms and against a search.
 
-use crate::common::{Rng, cases, polygons, shipped, sphere, tracer};
+use crate::common::{Rng, cases, glass, mirror, polygons, shipped, sphere, tracer};
 use gdpt::error::Warnings;
 use gdpt::lanes::{Float, Vec3x8};
 use gdpt::load::mtl::MtlMaterial;
@@ -13,25 +13,6 @@ use glam::Vec3;
 use proptest::prelude::*;
 use std::path::Path;
 use wide::f32x8;
-
-fn mirror() -> MtlMaterial {
-    MtlMaterial {
-        kd: Some([0.0; 3]),
-        ks: Some([0.9, 0.8, 0.7]),
-        pm: Some(1.0),
-        pr: Some(0.0),
-        ..Default::default()
-    }
-}
-
-fn glass(ior: f32) -> MtlMaterial {
-    MtlMaterial {
-        kd: Some([0.0; 3]),
-        ni: Some(ior),
-        illum: Some(7),
-        ..Default::default()
-    }
-}
 
 fn settings() -> SceneSettings {
     SceneSettings {

@@ -71,8 +71,8 @@ fn parts_of_their_own_agree_with_one_long_render() {
             };
             let mut bytes = Vec::new();
             part.film(&scene, &*tracer).write_to(&mut bytes).unwrap();
-            let sums = sum.add_from(share.window, &mut &bytes[..]).unwrap();
-            sum.count_samples(&sums);
+            let counted = sum.add_from(share.window, &mut &bytes[..]).unwrap();
+            sum.count_samples(counted);
         }
         assert_eq!(sum.count(Halves::Both), SPP * u64::from(PARTS));
         add(&mut merged, &sum, &reference);

@@ -10,6 +10,7 @@ use crate::output::is_stream;
 use crate::output::stats::Stats;
 use crate::picture::Picture;
 use crate::render::Method;
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 /// What a render has made.
@@ -43,35 +44,45 @@ pub(super) fn write(made: &Made) -> Result<()> {
     let Err(error) = to(output) else {
         return Ok(());
     };
-    let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
-    match output.file_name() {
-        Some(file) if !is_stream(output) => name.push(file),
+    let name = match output.file_name() {
+        Some(file) if !is_stream(output) => file.to_owned(),
         _ => {
             let scene = scene_name(Path::new(&made.stats.scene));
-            let extension = format.extension();
-            name.push(format!("{scene}.{extension}"));
+            format!("{scene}.{}", format.extension()).into()
         }
-    }
-    let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
-    for place in places
-        .into_iter()
-        .flatten()
-        .map(|folder| folder.join(&name))
-    {
-        if to(&place).is_ok() {
-            return Err(Error::Elsewhere {
-                what: "picture",
-                place,
-                error: Box::new(error),
-            });
-        }
-    }
+    };
+    let error = match elsewhere("picture", &name, error, to) {
+        moved @ Error::Elsewhere { .. } => return Err(moved),
+        error => error,
+    };
     match checkpoint {
         Some(checkpoint) => Err(Error::Kept {
             checkpoint: checkpoint.to_owned(),
             error: Box::new(error),
         }),
         None => Err(error),
+    }
+}
+
+/// Writes `what` by the name `name` to the folder for temporary files or the working directory, as it cannot be where it
+/// should be. The error says where it is; it is `error` where that fails too.
+pub(in crate::app) fn elsewhere(
+    what: &'static str,
+    name: &OsStr,
+    error: Error,
+    write: impl Fn(&Path) -> Result<()>,
+) -> Error {
+    let mut other = OsString::from(format!("gdpt-{}-", std::process::id()));
+    other.push(name);
+    let folders = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
+    let mut places = folders.into_iter().flatten().map(|f| f.join(&other));
+    match places.find(|place| write(place).is_ok()) {
+        Some(place) => Error::Elsewhere {
+            what,
+            place,
+            error: Box::new(error),
+        },
+        None => error,
     }
 }
 

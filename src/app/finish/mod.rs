@@ -3,6 +3,7 @@
 mod files;
 mod layers;
 
+pub(super) use files::elsewhere;
 pub(super) use layers::layers;
 
 use crate::checkpoint::{About, Identity, Progress};

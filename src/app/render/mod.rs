@@ -19,11 +19,11 @@ use crate::checkpoint::{About, Header, Identity, Progress};
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::exposure::Exposure;
-use crate::film::{Film, Window};
+use crate::film::{Film, Halves, Window};
 use crate::load::sidecar::{CameraTable, Up};
 use crate::machine;
 use crate::output;
-use crate::output::format::Encoding;
+use crate::output::format::{Encoding, Format};
 use crate::part::{Samples, Share};
 use crate::path::{Counts, PathSettings};
 use crate::picture;
@@ -85,7 +85,6 @@ fn render_scene(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Ended> {
     let preview = finish::preview(args.preview.as_deref())?;
-    let samples = limits::samples(args, target.film().is_some())?;
     let pool = thread_pool(args.threads)?;
     let mut warnings = Warnings::new(args.strict);
     let threads = pool.current_num_threads();
@@ -116,6 +115,7 @@ fn render_scene(
     pool.install(|| settle(&mut scene, &*tracer, &mut warnings))?;
     reporter.warnings(warnings.list());
 
+    let samples = target.samples;
     let range = samples.range();
     let session = Session {
         args,
@@ -150,7 +150,7 @@ fn render_scene(
     if args.frame.is_some() && args.exposure == Exposure::Auto && session.is_shown() {
         scene.look_by(turntable::of_few_pixels(&camera));
         let job = session.job(&scene);
-        let stops = || turntable::stops(job, args.exposure, stop);
+        let stops = || turntable::stops(job, stop);
         let stops = session.pool.install(stops);
         session.exposure.get_or_init(|| stops);
     }
@@ -273,7 +273,7 @@ impl Session<'_> {
         reporter.warnings(&late);
         late.extend(lookout.end(scene, &film));
 
-        if target.format.is_some() {
+        if let Some(format) = target.format {
             // Picture.
             reporter.end_tracing();
             let hits = film.first_hits();
@@ -285,7 +285,7 @@ impl Session<'_> {
             late.extend(watching.end(&picture, &hits, &film));
 
             // Files.
-            let outputs = self.outputs(output, saving.kept());
+            let outputs = self.outputs((output, format), saving.kept());
             let shown = outputs.shown(&self.exposure, &film, &picture, &hits);
             let rendered = Rendered {
                 film: &film,
@@ -352,10 +352,14 @@ impl Session<'_> {
         }
     }
 
-    fn outputs<'a>(&'a self, picture: &'a Path, checkpoint: Option<&'a Path>) -> Outputs<'a> {
+    fn outputs<'a>(
+        &'a self,
+        (picture, format): (&'a Path, Format),
+        checkpoint: Option<&'a Path>,
+    ) -> Outputs<'a> {
         Outputs {
             picture,
-            format: self.target.format.unwrap_or(super::MADE_UP_FORMAT),
+            format,
             preview: self.preview,
             stats: self.args.stats.as_deref(),
             exposure: self.args.exposure,
@@ -372,7 +376,7 @@ impl Session<'_> {
         interrupted: bool,
         output: &Path,
     ) -> String {
-        let samples: u64 = film.samples.iter().sum();
+        let samples = film.count(Halves::Both);
         let of = match self.share.samples {
             Samples::Some { part, all } if part.parts > 1 => format!(" (part {part} of {all})"),
             Samples::Own(part) => format!(" (part {part})"),

@@ -2,6 +2,7 @@
 
 use super::lock::Lock;
 use super::targets::Target;
+use crate::app::finish::elsewhere;
 use crate::checkpoint::{self, Header, Progress};
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
@@ -52,8 +53,6 @@ pub(super) struct Saving {
     resumed: u64,
     start: Instant,
     last: Instant,
-    /// Which sample is the first.
-    first: u64,
     /// Samples of every pixel at which the render ends.
     samples: u64,
     complaint: Option<String>,
@@ -69,7 +68,6 @@ impl Saving {
             film: film.map(output::regular_file).transpose()?,
             resume: args.resume,
             every: args.every.unwrap_or(EVERY),
-            first: header.share.samples.range().start,
             header,
             before: Progress::default(),
             resumed: 0,
@@ -153,7 +151,7 @@ impl Saving {
 
     /// Samples of the pass after `done` of this render's.
     fn pass_length(&self, done: u64) -> u64 {
-        pass_length(self.first + done)
+        pass_length(self.header.share.samples.range().start + done)
     }
 
     /// Writes the file for the last time. What was done in all processes; an error if a film is not where it should
@@ -181,33 +179,15 @@ impl Saving {
             let written = self.path.as_ref() == Some(&path) && self.complaint.is_none();
             if !written {
                 self.header.progress = progress.clone();
-                checkpoint::save(&path, &self.header, film)
-                    .map_err(|e| self.elsewhere(&path, film, e))?;
+                checkpoint::save(&path, &self.header, film).map_err(|e| {
+                    let save = |place: &Path| checkpoint::save(place, &self.header, film);
+                    let name = path.file_name().unwrap_or_default();
+                    self.again(elsewhere("film", name, e, save))
+                })?;
                 self.complaint = None;
             }
         }
         Ok(progress)
-    }
-
-    /// Writes the film that cannot be at `path` to the folder for temporary files or the working directory, so that it
-    /// is not lost to a full disk; the error then names where it is.
-    fn elsewhere(&self, path: &Path, film: &Film, error: Error) -> Error {
-        let mut name = std::ffi::OsString::from(format!("gdpt-{}-", std::process::id()));
-        name.push(path.file_name().unwrap_or_default());
-        let places = [Some(std::env::temp_dir()), std::env::current_dir().ok()];
-        let mut places = places
-            .into_iter()
-            .flatten()
-            .map(|folder| folder.join(&name));
-        let written = places.find(|place| checkpoint::save(place, &self.header, film).is_ok());
-        self.again(match written {
-            Some(place) => Error::Elsewhere {
-                what: "film",
-                place,
-                error: Box::new(error),
-            },
-            None => error,
-        })
     }
 
     fn progress(&self, counts: &Counts, elapsed: Duration, next_check: u64) -> Progress {

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::load::scene_name;
 use crate::output::format::Format;
 use crate::output::{check_outputs, is_stream};
-use crate::part::Part;
+use crate::part::{Part, Samples};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,8 @@ pub(super) struct Target<'a> {
     pub(super) output: PathBuf,
     /// What the picture is written as; `None` where the output is a film.
     pub(super) format: Option<Format>,
+    /// Which samples of it.
+    pub(super) samples: Samples,
     /// With `--turntable`, the views that go to files in place of `output`.
     pub(super) frames: Option<Vec<Frame>>,
 }
@@ -62,7 +64,7 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
                 (output, format)
             }
         };
-        limits::samples(args, format.is_none())?;
+        let samples = limits::samples(args, format.is_none())?;
         let frames = turntable::frames(args, &output, format)?;
         // A film is asked about by itself.
         if folder.is_some() && format.is_some() {
@@ -80,6 +82,7 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
             scene,
             output,
             format,
+            samples,
             frames,
         })
     });

@@ -98,7 +98,7 @@ pub(super) fn of_few_pixels(camera: &Camera) -> Camera {
 
 /// By how many stops views are brightened that are rendered one by one: as the first one of few samples, so that it is
 /// the same for all. Works on the current pool; `stop` ends it early.
-pub(super) fn stops(first: Job, exposure: Exposure, stop: &(dyn Fn() -> bool + Sync)) -> f32 {
+pub(super) fn stops(first: Job, stop: &(dyn Fn() -> bool + Sync)) -> f32 {
     let camera = &first.scene.camera;
     let mut film = Film::new(camera.width, camera.height, TILE_SIZE);
     let job = Job {
@@ -112,5 +112,5 @@ pub(super) fn stops(first: Job, exposure: Exposure, stop: &(dyn Fn() -> bool + S
     let mut ended = |_: &Film, _: &Counts| stop().then_some(Ending::Interrupted);
     job.run(&mut film, &mut ended, &mut |_| ());
     let picture = picture::of_film(&film, Method::Primal);
-    finish::stops(exposure, &film, &picture, &film.first_hits())
+    finish::stops(Exposure::Auto, &film, &picture, &film.first_hits())
 }
