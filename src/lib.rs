@@ -75,6 +75,7 @@
 //!     camera: toml.camera,
 //!     size: (384, 256),
 //!     roughness_threshold: 0.01,
+//!     lights: toml.lights,
 //! };
 //! let scene = Scene::build(path, file, &settings, &mut warnings)?;
 //!

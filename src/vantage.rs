@@ -317,7 +317,7 @@ impl Met {
         // One lane is asked for.
         let from = Vec3x8::splat(self.position);
         let lamps = scene.sample_lights::<false>(from, 1, u.map(f32x8::splat));
-        if lamps.holds.to_bitmask() & 1 == 0 || lamps.sky & 1 == 1 {
+        if lamps.holds.to_bitmask() & 1 == 0 || lamps.far & 1 == 1 {
             return None;
         }
         let (lamp, ng) = (lamps.position.lane(0), lamps.ng.lane(0));

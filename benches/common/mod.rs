@@ -26,6 +26,7 @@ pub fn shipped_at(name: &str, width: u32, height: u32) -> Scene {
         size: (width, height),
         environment: gdpt::scene::EnvironmentSetting::of_table(&toml.environment),
         roughness_threshold: 0.001,
+        ..Default::default()
     };
     Scene::build(path, file, &settings, &mut warnings).expect("a shipped scene")
 }
@@ -82,6 +83,7 @@ pub fn large() -> Scene {
         size: (256, 256),
         environment: Default::default(),
         roughness_threshold: 0.001,
+        ..Default::default()
     };
     Scene::build(
         Path::new("large"),

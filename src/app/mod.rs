@@ -151,6 +151,7 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
         camera,
         size,
         environment: EnvironmentSetting::of_table(&flags.environment.over(toml.environment)?),
+        lights: toml.lights,
         roughness_threshold: flags.roughness_threshold,
     };
     Scene::build(path, file, &settings, warnings)

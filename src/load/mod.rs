@@ -10,6 +10,7 @@ mod face;
 mod find;
 mod kind;
 mod library;
+pub mod lights;
 mod line;
 pub mod map;
 pub mod mtl;

@@ -2,6 +2,7 @@
 
 use super::environment::EnvironmentTable;
 use super::find::beside;
+use super::lights::{LightTable, PunctualLight};
 use super::repair::{self, Repair};
 use crate::error::{Error, Result};
 use serde::Deserialize;
@@ -24,6 +25,12 @@ pub struct Sidecar {
     /// `[environment]`
     #[serde(default)]
     pub environment: EnvironmentTable,
+    /// `[[lights]]`
+    #[serde(default, rename = "lights")]
+    light_tables: Vec<toml::Spanned<LightTable>>,
+    /// What they say.
+    #[serde(skip)]
+    pub lights: Vec<PunctualLight>,
     /// `[materials.NAME]`
     #[serde(default)]
     materials: BTreeMap<String, repair::Table>,
@@ -212,11 +219,10 @@ pub fn load(obj: &Path) -> Result<Sidecar> {
     }
     let text = std::fs::read_to_string(&path).map_err(Error::io(&path, "cannot be read"))?;
     let fail = |line, message: String| Error::input(&path, line, message);
+    let line = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
     let mut sidecar: Sidecar = toml::from_str(&text).map_err(|e| {
-        let line = e
-            .span()
-            .map(|s| text[..s.start.min(text.len())].matches('\n').count() + 1);
-        fail(line, e.message().replace('\n', " "))
+        let at = e.span().map(|s| line(s.start));
+        fail(at, e.message().replace('\n', " "))
     })?;
     let environment = &mut sidecar.environment;
     if let Some(contradiction) = environment.contradiction() {
@@ -224,6 +230,11 @@ pub fn load(obj: &Path) -> Result<Sidecar> {
     }
     environment.settle(path.parent().unwrap_or(Path::new("")));
     environment.read_map()?;
+    let lights = sidecar.light_tables.iter().map(|table| {
+        let fault = |message| fail(Some(line(table.span().start)), message);
+        table.get_ref().read().map_err(fault)
+    });
+    sidecar.lights = lights.collect::<Result<_>>()?;
     let repairs = sidecar.materials.iter();
     let repairs = repairs.map(|(name, table)| Repair::read(&path, name, table));
     sidecar.repairs = repairs.collect::<Result<_>>()?;

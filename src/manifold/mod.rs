@@ -46,6 +46,8 @@ pub enum Through {
 pub struct Link {
     /// Unit direction at the vertex.
     pub wi: Vec3,
+    /// Unit direction in which it arrives at the target.
+    pub arrival: Vec3,
     /// The product of the coefficients of its single directions.
     pub factor: Vec3,
     /// The product of the probabilities with which BSDF sampling chooses them, roulette included.

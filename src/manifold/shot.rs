@@ -63,21 +63,21 @@ impl Shot {
     pub(super) fn last(&self, target: &Target) -> Ray {
         match *target {
             Target::Direction(direction) => self.ray_along(direction),
-            Target::Point {
+            Target::Surface {
                 position,
                 ng,
                 offset,
-            } => {
-                let (origin, direction) = segment(
-                    site(self.position, self.ng, self.offset),
-                    site(position, ng, offset),
-                );
-                Ray {
-                    origin: origin.into(),
-                    direction: direction.into(),
-                    length: 1.0,
-                }
-            }
+            } => self.segment_to(site(position, ng, offset)),
+            Target::Point(position) => self.segment_to(site(position, Vec3::ZERO, 0.0)),
+        }
+    }
+
+    fn segment_to(&self, end: Site<f32>) -> Ray {
+        let (origin, direction) = segment(site(self.position, self.ng, self.offset), end);
+        Ray {
+            origin: origin.into(),
+            direction: direction.into(),
+            length: 1.0,
         }
     }
 
@@ -192,7 +192,7 @@ impl Target {
     /// The unit direction to it from `p`, and the distance.
     pub(super) fn from(&self, p: Vec3) -> (Vec3, f32) {
         match *self {
-            Target::Point { position, .. } => {
+            Target::Surface { position, .. } | Target::Point(position) => {
                 let way = position - p;
                 let distance = way.length();
                 (way / distance, distance)

@@ -193,18 +193,17 @@ impl Walk {
     fn arrive(&self, there: Vec3, distance: f32) -> Result<Link, Failure> {
         let shot = &self.shot;
         // The beam's cross-section at the target over the solid angle at the vertex, and what it covers there.
+        let near = || [0, 1].map(|i| shot.moved[i] + shot.turned[i] * distance);
         let (section, cos) = match self.target {
             Target::Direction(_) => (shot.turned, 1.0),
-            Target::Point { ng, .. } => {
+            Target::Point(_) => (near(), 1.0),
+            Target::Surface { ng, .. } => {
                 let cos = -ng.dot(there);
                 let from_front = cos > 0.0;
                 if !from_front {
                     return Err(Failure::Behind);
                 }
-                (
-                    [0, 1].map(|i| shot.moved[i] + shot.turned[i] * distance),
-                    cos,
-                )
+                (near(), cos)
             }
         };
         let spread = section[0].cross(section[1]).dot(there).abs();
@@ -214,6 +213,7 @@ impl Walk {
         }
         Ok(Link {
             wi: shot.wi,
+            arrival: there,
             factor: shot.factor,
             probability: shot.probability,
             geometry,

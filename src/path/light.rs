@@ -6,10 +6,10 @@ use super::{Context, trace_any};
 use crate::bsdf::Evals;
 use crate::geometry::Seen;
 use crate::gradient::{Base, Offset};
-use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, negative};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, negative, positive};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
-use crate::scene::light::LightSamplesX8;
+use crate::scene::light_sample::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::AnyBatch;
 use crate::vertex::{RaysX8, VerticesX8};
@@ -28,7 +28,9 @@ pub(super) fn draw<'a>(
 struct SeenX8 {
     /// Unit directions to them.
     wi: Vec3x8,
-    /// One over the densities per solid angle.
+    /// What their radiance, or intensity, is multiplied by: solid angle per area there, over the density.
+    factor: f32x8,
+    /// One over the densities per solid angle; 0 for lights without extent, which no ray meets.
     per_density: f32x8,
     /// Where there is a light, and it is seen from its front.
     holds: f32x8,
@@ -36,22 +38,39 @@ struct SeenX8 {
 
 impl SeenX8 {
     #[inline(always)]
-    fn new<const DIFFUSE: bool>(from: Vec3x8, light: &LightSamplesX8) -> Self {
+    fn new<const DIFFUSE: bool>(scene: &Scene, from: Vec3x8, light: &LightSamplesX8) -> Self {
         let seen = Seen::new(from, light.position, light.ng);
         let from_front = negative(light.ng.dot(seen.direction));
-        let mut on_surface = SeenX8 {
+        let factor = seen.solid_angle_per_area / light.density;
+        let mut light_seen = SeenX8 {
             wi: seen.direction,
-            per_density: seen.solid_angle_per_area / light.density,
+            factor,
+            per_density: factor,
             holds: light.holds & seen.holds & from_front,
         };
-        if !DIFFUSE && light.sky != 0 {
-            let sky = mask_of(light.sky);
-            let (wi, per_density) = (light.position, f32x8::ONE / light.density);
-            on_surface.wi = Vec3x8::select(sky, wi, on_surface.wi);
-            on_surface.per_density = sky.select(per_density, on_surface.per_density);
-            on_surface.holds = sky.select(light.holds, on_surface.holds);
+        if DIFFUSE {
+            return light_seen;
         }
-        on_surface
+        let points = light.punctual & !light.far;
+        if points != 0 {
+            let lanes = mask_of(points);
+            let factor = light.per_distance_squared(scene, from, points) / light.density;
+            let holds = light.holds & positive(factor) & factor.finite();
+            light_seen.factor = lanes.select(factor, light_seen.factor);
+            light_seen.holds = lanes.select(holds, light_seen.holds);
+        }
+        if light.far != 0 {
+            let far = mask_of(light.far);
+            light_seen.wi = Vec3x8::select(far, light.position, light_seen.wi);
+            light_seen.factor = far.select(f32x8::ONE / light.density, light_seen.factor);
+            light_seen.holds = far.select(light.holds, light_seen.holds);
+        }
+        light_seen.per_density = light_seen.factor;
+        if light.punctual != 0 {
+            let punctual = mask_of(light.punctual);
+            light_seen.per_density = punctual.select(f32x8::ZERO, light_seen.factor);
+        }
+        light_seen
     }
 }
 
@@ -62,17 +81,17 @@ pub(super) fn shadow_rays<const DIFFUSE: bool>(
     light: &LightSamplesX8,
 ) -> RaysX8 {
     let rays = from.rays_to(light.position, light.ng, light.offset);
-    if DIFFUSE || light.sky == 0 {
+    if DIFFUSE || light.far == 0 {
         return rays;
     }
-    RaysX8::select(mask_of(light.sky), from.rays(light.position), rays)
+    RaysX8::select(mask_of(light.far), from.rays(light.position), rays)
 }
 
 /// Vertices x_k connected to points on lights.
 pub(super) struct ConnectedX8 {
     /// Unit directions to the lights.
     wi: Vec3x8,
-    /// One over the densities per solid angle.
+    /// One over the densities per solid angle, or 0.
     per_density: f32x8,
     /// What arrives from there, over the density.
     arriving: Vec3x8,
@@ -91,12 +110,12 @@ impl ConnectedX8 {
         light: &LightSamplesX8,
         k: u32,
     ) -> Self {
-        let seen = SeenX8::new::<DIFFUSE>(from.position, light);
+        let seen = SeenX8::new::<DIFFUSE>(scene, from.position, light);
         let eval = from.eval::<DIFFUSE>(scene, seen.wi);
         ConnectedX8 {
             wi: seen.wi,
             per_density: seen.per_density,
-            arriving: light.radiance * seen.per_density,
+            arriving: light.radiance * seen.factor,
             eval,
             survival: from.survival(k),
             holds: (seen.holds & eval.holds).to_bitmask(),
@@ -310,9 +329,9 @@ impl<const N: usize> Block<N> {
             // through the area on the light, or the direction, that they share.
             if offset.free() & there != 0 {
                 own.with::<DIFFUSE, _>((at, self.place), j, |y| {
-                    let seen = SeenX8::new::<DIFFUSE>(y.position, light);
+                    let seen = SeenX8::new::<DIFFUSE>(scene, y.position, light);
                     let eval = y.eval::<DIFFUSE>(scene, seen.wi);
-                    let value = carried.throughput * eval.value * light.radiance * seen.per_density;
+                    let value = carried.throughput * eval.value * light.radiance * seen.factor;
                     let by_bsdf = carried.ratio * eval.pdf * y.survival(k) * seen.per_density;
                     // What is not finite is dead.
                     let holds = seen.holds & eval.holds & value.is_finite() & by_bsdf.is_finite();

@@ -6,7 +6,8 @@ use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};
 use crate::manifold::{Start, Through, Walks};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
-use crate::scene::light::{LightEnd, LightSamplesX8};
+use crate::scene::light::Source;
+use crate::scene::light_sample::{LightEnd, LightSamplesX8};
 use crate::scene::reflectors::{Choice, Target, Targets};
 use crate::trace::rays::HitsX8;
 use crate::vertex::{End, VerticesX8};
@@ -46,7 +47,7 @@ pub(super) fn by_mirrors(
     let lanes = lanes & light.holds.to_bitmask();
     let targets = Targets {
         place: light.position,
-        distant: mask_of(light.sky),
+        distant: mask_of(light.far),
     };
     let reflectors = &context.scene.reflectors;
     let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
@@ -79,18 +80,18 @@ pub(super) fn probability(context: Context, from: Vec3x8, ways: &[Option<Way>; L
 pub(super) fn light_end(scene: &Scene, hits: &HitsX8, lane: usize) -> Option<LightEnd> {
     match End::in_lane(scene, hits, lane) {
         End::Light(light) => Some(LightEnd {
-            target: Target::Point {
+            target: Target::Surface {
                 position: light.position,
                 ng: light.ng,
                 offset: light.offset,
             },
             radiance: light.radiance,
-            triangle: Some(light.triangle),
+            source: scene.lights.of_triangle(light.triangle)?,
         }),
         End::Environment(direction) => scene.environment.map().map(|_| LightEnd {
             target: Target::Direction(direction),
             radiance: scene.environment.radiance(direction),
-            triangle: None,
+            source: Source::Sky,
         }),
         End::Surface(_) => None,
     }
@@ -139,12 +140,14 @@ impl LinksX8 {
                 continue;
             }
             links.wi.set(lane, link.wi);
-            links
-                .arriving
-                .set(lane, end.radiance * link.factor * link.geometry);
-            links
-                .per_pdf
-                .set_lane(lane, link.probability * link.geometry);
+            let falloff = context.scene.falloff(end.source, -link.arrival);
+            let arriving = end.radiance * link.factor * (link.geometry * falloff);
+            links.arriving.set(lane, arriving);
+            // No ray meets a light without extent.
+            if end.has_extent() {
+                let per_pdf = link.probability * link.geometry;
+                links.per_pdf.set_lane(lane, per_pdf);
+            }
             let by_light = context.scene.light_density(end, from.position.lane(lane));
             links.by_walk.set_lane(lane, by_light);
             links.holds |= 1 << lane;

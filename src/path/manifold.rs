@@ -15,7 +15,7 @@ use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::manifold::{Through, Walks};
 use crate::scene::Scene;
-use crate::scene::light::LightEnd;
+use crate::scene::light_sample::LightEnd;
 use crate::shift::{Death, OffsetsX8};
 use crate::vertex::VerticesX8;
 use wide::f32x8;

@@ -11,7 +11,7 @@ use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::manifold::{Through, Walks};
 use crate::sampler::Sampler;
-use crate::scene::light::LightSamplesX8;
+use crate::scene::light_sample::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
 use crate::vertex::VerticesX8;

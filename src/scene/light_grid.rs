@@ -13,8 +13,8 @@ use std::ops::Range;
 pub struct Emitter {
     /// Smallest and largest coordinates.
     pub bounds: (Vec3, Vec3),
-    /// Unit normal of the side that emits.
-    pub normal: Vec3,
+    /// Unit normal of the side that emits; without one it shines to all sides.
+    pub normal: Option<Vec3>,
     /// Power, ≥ 0.
     pub power: f64,
 }
@@ -204,7 +204,10 @@ impl Emitter {
         let reach = radius.max(0.5 * (high - low).length());
         let d = centre - 0.5 * (low + high);
         let distance = d.length().max(reach);
-        let cos = (self.normal.dot(d) + reach) / distance;
+        let cos = match self.normal {
+            Some(normal) => (normal.dot(d) + reach) / distance,
+            None => 1.0,
+        };
         self.power as f32 * cos.clamp(0.02, 1.0) / (distance * distance)
     }
 }
@@ -221,7 +224,7 @@ mod tests {
             let b = a + 0.2 * size;
             Emitter {
                 bounds: (a.min(b), a.max(b)),
-                normal: n.try_normalize().unwrap_or(Vec3::X),
+                normal: n.try_normalize(),
                 power: power + 1e-3,
             }
         });

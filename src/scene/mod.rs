@@ -9,10 +9,12 @@ mod from_mtl;
 mod lamps;
 pub mod light;
 mod light_grid;
+pub mod light_sample;
 pub mod material;
 pub mod mesh;
 mod passage;
 mod place;
+pub mod punctual;
 mod ranges;
 pub mod reflectors;
 pub mod remarks;
@@ -31,6 +33,7 @@ pub use surroundings::{EnvironmentSetting, EnvironmentSource};
 use crate::bsdf::Bsdf;
 use crate::error::{Error, Result, Warnings};
 use crate::load::environment::Background;
+use crate::load::lights::PunctualLight;
 use crate::load::obj::ObjFile;
 use crate::load::sidecar::CameraTable;
 use crate::load::{MAX_PIXELS, MAX_SIDE};
@@ -41,6 +44,7 @@ use glam::Vec3;
 use light::Lights;
 use material::{Class, Material};
 use mesh::Mesh;
+use punctual::Punctual;
 use reflectors::Reflectors;
 use remarks::Remarks;
 use std::path::Path;
@@ -81,6 +85,8 @@ pub struct SceneSettings {
     pub size: (u32, u32),
     /// Light from where there is nothing, and what the camera sees there.
     pub environment: EnvironmentSetting,
+    /// Lights without extent.
+    pub lights: Vec<PunctualLight>,
     /// Vertices at most this rough are of class specular.
     pub roughness_threshold: f32,
 }
@@ -91,6 +97,7 @@ impl Default for SceneSettings {
             camera: CameraTable::default(),
             size: (0, 0),
             environment: EnvironmentSetting::default(),
+            lights: Vec::new(),
             roughness_threshold: material::ROUGHNESS_THRESHOLD,
         }
     }
@@ -140,12 +147,14 @@ impl Scene {
         let up = UpAxis::new(&settings.camera, &mesh, &materials)?;
         let framing = Framing::new(&settings.camera, (width, height), up)?;
         let camera = framing.camera(&mesh)?;
-        let has_lamps = mesh
-            .materials_in_use(&materials)
-            .any(|material| material.emission.is_some());
+        let punctual = Punctual::new(&settings.lights);
+        let has_lamps = !punctual.is_empty()
+            || mesh
+                .materials_in_use(&materials)
+                .any(|material| material.emission.is_some());
         let (environment, background) =
             surroundings::build(&settings.environment, &camera, has_lamps, warnings)?;
-        let lights = Lights::new(&mesh, &materials, environment.map().is_some());
+        let lights = Lights::new(&mesh, &materials, punctual, environment.map().is_some());
         let is_diffuse = lights.are_plain() && mesh.materials_in_use(&materials).all(is_lambert);
         let reflectors = Reflectors::new(&mesh, &materials);
         Ok(Self {
@@ -204,6 +213,7 @@ impl Scene {
         self.mesh.hash_into(&mut hasher);
         let rest = (&self.materials, &self.environment, &self.camera);
         mesh::hash_bytes(&mut hasher, &rest);
+        self.lights.punctual().hash_into(&mut hasher);
         hasher.update(&[u8::from(self.shows_environment())]);
         hasher.digest()
     }

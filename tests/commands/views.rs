@@ -120,6 +120,7 @@ fn an_edge_is_blurred_by_the_filter() {
         size: (SIDE, SIDE),
         environment: Vec3::ZERO.into(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     // The right half of the picture, and beyond.
     let lamp: &[[f32; 3]] = &[

@@ -41,6 +41,7 @@ pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
         camera: toml.camera,
         size: (width, height),
         environment: EnvironmentSetting::of_table(&toml.environment),
+        lights: toml.lights,
         roughness_threshold: 0.05,
     };
     Scene::build(path, file, &settings, &mut warnings).unwrap()

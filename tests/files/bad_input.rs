@@ -250,6 +250,47 @@ fn malformed_toml() {
             "[environment]\nradiance = [1, -1, 1]\n",
             vec!["environment"],
         ),
+        (
+            "[[lights]]\nposition = [0, 1, 0]\n",
+            vec!["a.toml:1:", "kind"],
+        ),
+        ("[[lights]]\nkind = 'lamp'\n", vec!["a.toml:2:", "spot"]),
+        (
+            "[[lights]]\nkind = 'point'\nintensity = 1\n",
+            vec!["a.toml:1:", "a point needs position"],
+        ),
+        (
+            "[film]\nwidth = 4\n[[lights]]\nkind = 'point'\nposition = [0, 1, 0]\nintensity = [1, -1, 1]\n",
+            vec!["a.toml:3:", "intensity"],
+        ),
+        (
+            "[[lights]]\nkind = 'point'\nposition = [0, 1, 0]\nintensity = 'bright'\n",
+            vec!["a.toml:4:", "[red, green, blue]"],
+        ),
+        (
+            "[[lights]]\nkind = 'point'\nposition = [0, inf, 0]\nintensity = 1\n",
+            vec!["a.toml:1:", "position must be finite"],
+        ),
+        (
+            "[[lights]]\nkind = 'point'\nposition = [0, 1, 0]\nintensity = 1\ncutoff_angle = 9\n",
+            vec!["a.toml:1:", "a point has no cutoff_angle"],
+        ),
+        (
+            "[[lights]]\nkind = 'spot'\nposition = [0, 1, 0]\nintensity = 1\n",
+            vec!["a.toml:1:", "direction or target"],
+        ),
+        (
+            "[[lights]]\nkind = 'spot'\nposition = [0, 1, 0]\ntarget = [0, 1, 0]\nintensity = 1\n",
+            vec!["a.toml:1:", "no direction"],
+        ),
+        (
+            "[[lights]]\nkind = 'spot'\nposition = [0, 1, 0]\ntarget = [0, 0, 0]\nintensity = 1\nbeam_width = 30\n",
+            vec!["a.toml:1:", "beam_width", "20"],
+        ),
+        (
+            "[[lights]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 1\n",
+            vec!["a.toml:1:", "no intensity"],
+        ),
     ] {
         let case = Case::new(&[("a.obj", &format!("{QUAD}f 1 2 3 4\n")), ("a.toml", toml)]);
         case.refuses("a.obj", &[], &words);

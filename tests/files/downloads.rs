@@ -50,6 +50,7 @@ fn scene(folder: &TempDir, smooth: Option<f32>) -> (Scene, Vec<String>) {
         size: (24, 24),
         environment: EnvironmentSetting::of_table(&toml.environment),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let scene = Scene::build(&path, file, &settings, &mut warnings).unwrap();
     (scene, warnings.list().to_vec())

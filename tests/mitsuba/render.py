@@ -10,7 +10,7 @@ green and blue of each pixel as 32-bit floats of this machine.
 Mitsuba gets the same triangles, materials, lights, camera, depth and box filter. Materials: Lambert, plain, textured
 and half open, area lights, conductors (Mitsuba has no Schlick: the same as gdpt's for Ks 1), smooth and rough glass.
 What is named `pane` is on open sheets: thin glass (without Tf, which Mitsuba takes otherwise). Light of constant
-environments and of maps.
+environments and of maps, and lights without extent.
 """
 import array
 import json
@@ -102,6 +102,18 @@ def envmap(mi, path, rotation=0.0, scale=1.0):
             "to_world": mi.ScalarTransform4f().rotate([0, 1, 0], rotation)}
 
 
+def punctual(mi, light):
+    colour = lambda value: rgb(value if isinstance(value, list) else [value] * 3)
+    if light["kind"] == "directional":
+        return {"type": "directional", "direction": light["direction"], "irradiance": colour(light["irradiance"])}
+    intensity = colour(light["intensity"])
+    if light["kind"] == "point":
+        return {"type": "point", "position": light["position"], "intensity": intensity}
+    to_world = mi.ScalarTransform4f().look_at(light["position"], light["target"], [0.1, 1, 0.2])
+    return {"type": "spot", "to_world": to_world, "intensity": intensity,
+            "cutoff_angle": light["cutoff_angle"], "beam_width": light["beam_width"]}
+
+
 def describe(mi, obj, folder, size=None, **integrator):
     """What `mi.load_dict` makes the scene of; `folder` is for its parts, `integrator` for parameters of `path`."""
     toml = tomllib.loads(obj.with_suffix(".toml").read_text())
@@ -130,6 +142,8 @@ def describe(mi, obj, folder, size=None, **integrator):
         else:
             shape["bsdf"] = bsdf(name, m, obj.parent)
         scene[f"shape_{name}"] = shape
+    for number, light in enumerate(toml.get("lights", [])):
+        scene[f"light_{number}"] = punctual(mi, light)
     environment = toml.get("environment", {})
     if "map" in environment:
         path = obj.parent / environment["map"]

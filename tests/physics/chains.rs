@@ -32,6 +32,7 @@ fn scene(polygons: &[(Vec<[f32; 3]>, usize)]) -> Scene {
         size: (SIZE, SIZE),
         environment: Default::default(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     // Glossy, with holes as fine as threads.
     let board = MtlMaterial {

@@ -1,8 +1,9 @@
 //! Scenes whose pictures are known exactly. Significance: each test compares means over 32 seeds with
 //! exact values, and fails by chance with probability 1e-5; seeds are fixed.
 
-use crate::common::{Mean, Render, lambert, largest_z, light, polygons, shipped, tracer};
+use crate::common::{self, Mean, Render, lambert, largest_z, light, polygons, shipped, tracer};
 use gdpt::image::Image;
+use gdpt::load::lights::{Cone, PunctualLight};
 use gdpt::load::{mtl::MtlMaterial, sidecar::CameraTable};
 use gdpt::reconstruct::{Problem, l2};
 use gdpt::render::Method;
@@ -25,6 +26,7 @@ fn looking_down(height: f32, fov: f32, size: usize) -> SceneSettings {
         size: (size as u32, size as u32),
         environment: Vec3::ZERO.into(),
         roughness_threshold: 0.05,
+        ..Default::default()
     }
 }
 
@@ -242,5 +244,169 @@ fn glass_of_index_one_is_invisible() {
         pixel_mean(size, fov, (x, y), |p| {
             0.5 * 3.0 * form_factor(p, LOW, HIGH, 1.0)
         })
+    });
+}
+
+/// What lights without extent give to the point `p` of the plane y = 0 of reflectance 0.5.
+fn lit(lights: &[PunctualLight], p: glam::DVec2) -> f64 {
+    let p = glam::DVec3::new(p.x, 0.0, p.y);
+    let vector = |v: [f32; 3]| glam::DVec3::from(v.map(f64::from));
+    let given = lights.iter().map(|light| match *light {
+        PunctualLight::Directional {
+            direction,
+            irradiance,
+        } => f64::from(irradiance[1]) * -vector(direction).normalize().y,
+        PunctualLight::Point {
+            position,
+            intensity,
+            cone,
+        } => {
+            let d = p - vector(position);
+            let falloff = cone.map_or(1.0, |cone| {
+                let [cutoff, beam] = [cone.cutoff_angle, cone.beam_width].map(f64::from);
+                let angle = d.angle_between(vector(cone.direction)).to_degrees();
+                ((cutoff - angle) / (cutoff - beam)).clamp(0.0, 1.0)
+            });
+            f64::from(intensity[1]) * falloff * -d.y / d.length().powi(3)
+        }
+    });
+    0.5 / std::f64::consts::PI * given.sum::<f64>()
+}
+
+fn shining_at(position: [f32; 3], intensity: f32, cone: Option<Cone>) -> PunctualLight {
+    PunctualLight::Point {
+        position,
+        intensity: [0.3, intensity, 0.0],
+        cone,
+    }
+}
+
+const CONE: Cone = Cone {
+    direction: [-0.6, -1.0, 0.2],
+    cutoff_angle: 50.0,
+    beam_width: 10.0,
+};
+
+/// A point, a spot and a directional light, alone and together, over a floor.
+#[test]
+fn lights_without_extent_on_a_plane() {
+    let point = shining_at([0.2, 0.7, 0.1], 2.0, None);
+    let spot = shining_at([0.5, 1.1, -0.3], 3.0, Some(CONE));
+    let sun = PunctualLight::Directional {
+        direction: [1.0, -2.0, 0.5],
+        irradiance: [1.0, 1.5, 0.0],
+    };
+    let (fov, size) = (40.0, 12);
+    for lights in [vec![point], vec![spot], vec![sun], vec![point, sun, spot]] {
+        let settings = SceneSettings {
+            lights: lights.clone(),
+            ..looking_down(2.0, fov, size)
+        };
+        let scene = polygons(&[(FLOOR, 0)], vec![lambert(0.5)], &settings);
+        check("punctual", &scene, 3, 64, 3e-4, |x, y| {
+            pixel_mean(size, fov, (x, y), |p| lit(&lights, p))
+        });
+    }
+}
+
+/// Beside a lamp with area, and among so many that they are chosen by place.
+#[test]
+fn lights_without_extent_beside_others() {
+    let mut rng = common::Rng(3);
+    let many: Vec<PunctualLight> = (0..70)
+        .map(|_| {
+            let position = [
+                2.0 * rng.next() - 1.0,
+                0.3 + rng.next(),
+                2.0 * rng.next() - 1.0,
+            ];
+            let cone = (rng.next() < 0.5).then_some(CONE);
+            shining_at(position, 0.02 + 0.1 * rng.next(), cone)
+        })
+        .collect();
+    let (fov, size) = (40.0, 8);
+    for lights in [many[..3].to_vec(), many] {
+        let settings = SceneSettings {
+            lights: lights.clone(),
+            ..looking_down(2.0, fov, size)
+        };
+        let materials = vec![lambert(0.5), light(1.0)];
+        let scene = polygons(&[(FLOOR, 0), (LAMP, 1)], materials, &settings);
+        assert_eq!(scene.lights.depend_on_place(), lights.len() > 3);
+        check("punctual, lamp", &scene, 2, 64, 1e-3, |x, y| {
+            pixel_mean(size, fov, (x, y), |p| {
+                lit(&lights, p) + 0.5 * form_factor(p, LOW, HIGH, 1.0)
+            })
+        });
+    }
+}
+
+/// A mirror beside the floor shows the lights once more; walks alone find that light.
+#[test]
+fn lights_without_extent_in_a_mirror() {
+    let wall: &[[f32; 3]] = &[
+        [-1.5, 0.0, 9.0],
+        [-1.5, 0.0, -9.0],
+        [-1.5, 9.0, -9.0],
+        [-1.5, 9.0, 9.0],
+    ];
+    let mirror = MtlMaterial {
+        pm: Some(1.0),
+        pr: Some(0.0),
+        ks: Some([1.0; 3]),
+        ..Default::default()
+    };
+    let spot = |x: f32, across: f32| {
+        let direction = [across, -1.0, 0.2];
+        shining_at([x, 1.1, -0.3], 3.0, Some(Cone { direction, ..CONE }))
+    };
+    let sun = |across: f32| PunctualLight::Directional {
+        direction: [across, -2.0, 0.5],
+        irradiance: [1.0, 1.5, 0.0],
+    };
+    let (fov, size) = (40.0, 8);
+    let settings = SceneSettings {
+        lights: vec![spot(-0.9, -0.6), sun(-1.0)],
+        ..looking_down(2.0, fov, size)
+    };
+    let scene = polygons(
+        &[(FLOOR, 0), (wall, 1)],
+        vec![lambert(0.5), mirror],
+        &settings,
+    );
+    let all = [spot(-0.9, -0.6), spot(-2.1, 0.6), sun(-1.0), sun(1.0)];
+    check("punctual, mirror", &scene, 3, 64, 1e-3, |x, y| {
+        pixel_mean(size, fov, (x, y), |p| lit(&all, p))
+    });
+}
+
+/// A pane of index 1 between them and the floor is as if it were not there: walks alone find that light.
+#[test]
+fn lights_without_extent_behind_a_pane() {
+    let pane = MtlMaterial {
+        illum: Some(7),
+        ni: Some(1.0),
+        ..Default::default()
+    };
+    let sheet = common::level(0.5, 4.0);
+    let lights = [
+        shining_at([0.2, 0.9, 0.1], 2.0, Some(CONE)),
+        PunctualLight::Directional {
+            direction: [1.0, -2.0, 0.5],
+            irradiance: [1.0, 1.5, 0.0],
+        },
+    ];
+    let (fov, size) = (40.0, 8);
+    let settings = SceneSettings {
+        lights: lights.to_vec(),
+        ..looking_down(2.0, fov, size)
+    };
+    let scene = polygons(
+        &[(FLOOR, 0), (&sheet, 1)],
+        vec![lambert(0.5), pane],
+        &settings,
+    );
+    check("punctual, pane", &scene, 4, 64, 1e-3, |x, y| {
+        pixel_mean(size, fov, (x, y), |p| lit(&lights, p))
     });
 }

@@ -8,6 +8,7 @@ use crate::common::{self, Mean, Render, SCENES, differences, largest_z, shipped,
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::image::Image;
+use gdpt::load::lights::{Cone, PunctualLight};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::{self, CameraTable};
 use gdpt::path::Manifold;
@@ -239,6 +240,7 @@ fn panes() {
         size: (SIZE, SIZE),
         environment: Default::default(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let glass = |tf, pr| MtlMaterial {
         illum: Some(7),
@@ -316,6 +318,7 @@ fn many_lamps() {
         size: (SIZE, SIZE),
         environment: Default::default(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let coloured = |ke| MtlMaterial {
         ke: Some(ke),
@@ -334,6 +337,69 @@ fn many_lamps() {
     let reference = reference(&scene, &*tracer);
     for weights in [Weights::Mis, Weights::Symmetric] {
         check("lamps", weights, &scene, &*tracer, &reference);
+    }
+}
+
+/// Lights without extent of all kinds beside a lamp, on Lambert, rough metal and what is coated, with their shadows.
+#[test]
+fn lights_without_extent() {
+    let (floor, mut lamp) = (common::level(0.0, 2.0), common::level(1.5, 0.3));
+    lamp.reverse();
+    let board = |x: f32, z: f32, turn: f32| {
+        [(-0.4, 0.0), (0.4, 0.0), (0.4, 0.7), (-0.4, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
+    };
+    let boards = [board(-0.6, -0.2, 0.5), board(0.5, 0.1, -0.3)];
+    let all: [(&[[f32; 3]], usize); 4] =
+        [(&floor, 0), (&lamp, 1), (&boards[0], 2), (&boards[1], 3)];
+    let settings = gdpt::scene::SceneSettings {
+        camera: CameraTable {
+            origin: Some([0.2, 1.2, 2.4]),
+            target: Some([0.0, 0.2, 0.0]),
+            fov: Some(45.0),
+            ..Default::default()
+        },
+        size: (SIZE, SIZE),
+        lights: vec![
+            PunctualLight::Point {
+                position: [0.9, 0.8, 0.6],
+                intensity: [0.2, 0.8, 0.4],
+                cone: None,
+            },
+            PunctualLight::Point {
+                position: [-0.2, 1.3, 1.0],
+                intensity: [3.0, 1.0, 1.0],
+                cone: Some(Cone {
+                    direction: [-0.1, -1.0, -0.9],
+                    cutoff_angle: 25.0,
+                    beam_width: 15.0,
+                }),
+            },
+            PunctualLight::Directional {
+                direction: [0.6, -1.0, -0.4],
+                irradiance: [0.3, 0.4, 1.2],
+            },
+        ],
+        roughness_threshold: 0.01,
+        ..Default::default()
+    };
+    let metal = MtlMaterial {
+        pm: Some(1.0),
+        pr: Some(0.35),
+        ks: Some([0.9, 0.8, 0.6]),
+        ..Default::default()
+    };
+    let coated = MtlMaterial {
+        kd: Some([0.3, 0.5, 0.2]),
+        ks: Some([0.04; 3]),
+        ns: Some(200.0),
+        ..Default::default()
+    };
+    let materials = vec![common::lambert(0.6), common::light(2.0), metal, coated];
+    let scene = common::polygons(&all, materials, &settings);
+    let tracer = tracer(&scene);
+    let reference = reference(&scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check("punctual", weights, &scene, &*tracer, &reference);
     }
 }
 
@@ -377,6 +443,7 @@ fn penumbra_of_a_wide_lamp() {
         size: (SIZE, SIZE),
         environment: Default::default(),
         roughness_threshold: 0.001,
+        ..Default::default()
     };
     let materials = vec![
         common::lambert(0.8),

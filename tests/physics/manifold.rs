@@ -112,7 +112,7 @@ fn start(position: Vec3) -> Start {
 }
 
 fn point(position: Vec3, ng: Vec3) -> Target {
-    Target::Point {
+    Target::Surface {
         position,
         ng,
         offset: 0.0,
@@ -140,13 +140,19 @@ fn numeric_geometry(
     step: f32,
 ) -> Option<f32> {
     let (place, normal) = match target {
-        Target::Point { position, ng, .. } => (position, ng),
+        Target::Surface { position, ng, .. } => (position, ng),
+        // The plane across the way there.
+        Target::Point(position) => {
+            let link = walk(scene, from, target, through).ok()?;
+            (position, link.arrival)
+        }
         Target::Direction(direction) => (direction, direction),
     };
     let (a, b) = normal.any_orthonormal_pair();
     let found = |shift: Vec3| {
         let target = match target {
-            Target::Point { ng, .. } => point(place + shift, ng),
+            Target::Surface { ng, .. } => point(place + shift, ng),
+            Target::Point(_) => Target::Point(place + shift),
             Target::Direction(_) => Target::Direction((place + shift).normalize()),
         };
         walk(scene, from, target, through).ok().map(|link| link.wi)
@@ -196,6 +202,9 @@ proptest! {
             prop_assert!((link.geometry / expected - 1.0).abs() < 1e-3, "{} {}", link.geometry, expected);
             prop_assert!(link.free && link.vertices == factor);
             prop_assert!(link.factor.max_element() <= 1.0 && link.factor.min_element() >= 0.7f32.powi(factor as i32));
+            let link = walk((&scene, &*tracer), from, Target::Point(to), Through::Mirrors(by)).unwrap();
+            prop_assert!((link.geometry * way.length_squared() - 1.0).abs() < 1e-3, "{}", link.geometry);
+            prop_assert!(link.arrival.distance(arriving) < 1e-4);
             // From behind it is not seen.
             let behind = walk((&scene, &*tracer), from, point(to, -ng), Through::Mirrors(by));
             prop_assert_eq!(behind.unwrap_err(), Failure::Behind);
@@ -230,18 +239,20 @@ proptest! {
 
     /// By a ball: as short as any way, and 𝒢 as by a numeric derivative; also to directions.
     #[test]
-    fn balls_reflect(from in vector(-3.0, 3.0), to in vector(-3.0, 3.0), distant in any::<bool>()) {
+    fn balls_reflect(from in vector(-3.0, 3.0), to in vector(-3.0, 3.0), kind in 0..3) {
         let scene = ball(mirror(), 5, true);
         let tracer = tracer(&scene);
         prop_assume!(from.length() > 1.3 && to.length() > 1.3);
-        let target = if distant {
-            Target::Direction(to.normalize())
-        } else {
+        let target = match kind {
+            0 => Target::Direction(to.normalize()),
+            1 => Target::Point(to),
             // The light looks at the ball.
-            point(to, -to.normalize())
+            _ => point(to, -to.normalize()),
         };
         let length = |p: Vec3| match target {
-            Target::Point { position, .. } => from.distance(p) + position.distance(p),
+            Target::Surface { position, .. } | Target::Point(position) => {
+                from.distance(p) + position.distance(p)
+            }
             Target::Direction(d) => from.distance(p) - d.dot(p),
         };
         // The shortest way by the side that both see.

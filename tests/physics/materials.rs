@@ -413,6 +413,7 @@ fn build(polygons: &Polygons, materials: Vec<MtlMaterial>) -> Scene {
         size: (8, 8),
         environment: Vec3::ONE.into(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let mut warnings = Warnings::new(true);
     Scene::build(Path::new("test.obj"), file, &settings, &mut warnings).unwrap()

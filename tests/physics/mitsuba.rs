@@ -317,6 +317,37 @@ fn cases() -> Vec<Case> {
             polygons: open_air(),
             toml: concat!(from_above!(), "[environment]\nradiance = [0.5, 0.8, 1.3]\n"),
         },
+        // Lights without extent beside those of the room, on Lambert and rough metal.
+        Case {
+            name: "punctual",
+            depth: 5,
+            mtl: room_mtl!("newmtl panel\nPm 1\nPr 0.3\nKs 1 1 1\n"),
+            polygons: with("white", beside_panel()),
+            toml: concat!(
+                "[camera]
+origin = [0.3, 1.1, 3.3]
+target = [-0.05, 0.75, 0]
+up = [0.1, 1, 0]
+fov = 32
+",
+                "[[lights]]
+kind = \"point\"
+position = [0.4, 1.6, 0.3]
+intensity = [0.5, 0.4, 0.9]
+[[lights]]
+kind = \"spot\"
+position = [-0.5, 1.7, 0.8]
+target = [0.1, 0, -0.2]
+intensity = 4
+cutoff_angle = 35
+beam_width = 12
+[[lights]]
+kind = \"directional\"
+direction = [-0.1, -0.4, -1]
+irradiance = [0.6, 0.9, 0.5]
+"
+            ),
+        },
         // A texture on all that is white: floor, ceiling, back wall and a block.
         Case {
             name: "textures",

@@ -114,6 +114,7 @@ fn scene_with_panes(mut materials: Vec<MtlMaterial>, panes: &[usize]) -> Scene {
         size: (4, 4),
         environment: Default::default(),
         roughness_threshold: 0.05,
+        ..Default::default()
     };
     polygons(&triangles, materials, &settings)
 }

@@ -49,6 +49,8 @@ struct Info {
     no_walks: Option<String>,
     /// Emitting triangles.
     lights: usize,
+    /// Lights without extent, in words.
+    punctual: Vec<String>,
     /// Triangles with holes.
     cutouts: usize,
     textures: Vec<TextureInfo>,
@@ -153,7 +155,8 @@ fn of_scene(path: &Path, args: &InfoArgs) -> Result<Info> {
         unused_materials,
         reflectors: reflectors(&scene),
         no_walks: scene.reflectors.hindrance().map(str::to_owned),
-        lights: scene.lights.len(),
+        lights: scene.lights.triangles(),
+        punctual: scene.lights.punctual().describe(),
         cutouts: cutouts(&scene),
         textures: textures(&scene),
         kernels: kernels(&scene),
@@ -284,11 +287,19 @@ fn kernels(scene: &Scene) -> Vec<String> {
     if in_use().any(copies) {
         need("half-vector copy".to_owned());
     }
-    let triangles = scene.lights.len();
+    let (triangles, points) = (
+        scene.lights.triangles(),
+        scene.lights.punctual().points.len(),
+    );
+    let lights = match (triangles, points) {
+        (_, 0) => format!("{triangles} triangles"),
+        (0, _) => format!("{points} points"),
+        _ => format!("{triangles} triangles and {points} points"),
+    };
     if scene.lights.depend_on_place() {
-        need(format!("light choice by place among {triangles} triangles"));
-    } else if triangles > 0 {
-        need(format!("light choice by power among {triangles} triangles"));
+        need(format!("light choice by place among {lights}"));
+    } else if triangles + points > 0 {
+        need(format!("light choice by power among {lights}"));
     }
     if scene.environment.map().is_some() {
         need("environment map".to_owned());

@@ -41,6 +41,9 @@ pub(super) fn of(info: &Info) -> String {
             None => text += &format!(", {}\n", m.class),
         }
     }
+    for light in &info.punctual {
+        text += &format!("  light: {light}\n");
+    }
     match info.unused_materials.len() {
         0 => (),
         1 => text += "  1 material that no triangle has\n",

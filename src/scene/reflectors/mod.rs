@@ -25,8 +25,8 @@ use wide::f32x8;
 /// Where a chain of single directions ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// On a light.
-    Point {
+    /// On a light that is a surface.
+    Surface {
         /// Where.
         position: Vec3,
         /// Unit normal of the side that emits.
@@ -34,7 +34,9 @@ pub enum Target {
         /// Distance by which rays end before the surface.
         offset: f32,
     },
-    /// In the environment: the unit direction to it.
+    /// A light that is a point.
+    Point(Vec3),
+    /// In the environment, or a directional light: the unit direction to it.
     Direction(Vec3),
 }
 
@@ -52,7 +54,7 @@ impl Target {
     #[inline]
     pub fn towards(&self, p: Vec3) -> Vec3 {
         match *self {
-            Target::Point { position, .. } => position - p,
+            Target::Surface { position, .. } | Target::Point(position) => position - p,
             Target::Direction(direction) => direction,
         }
     }
@@ -64,7 +66,9 @@ impl Targets<f32x8> {
         let (mut place, mut distant) = (Vec3x8::ZERO, 0);
         for lane in 0..LANES {
             match target(lane) {
-                Some(Target::Point { position, .. }) => place.set(lane, position),
+                Some(Target::Surface { position, .. } | Target::Point(position)) => {
+                    place.set(lane, position);
+                }
                 Some(Target::Direction(direction)) => {
                     place.set(lane, direction);
                     distant |= 1 << lane;
@@ -291,7 +295,7 @@ impl Reflectors {
         let grid = (list.len() >= MANY).then(|| {
             let emitter = |r: &Reflector| Emitter {
                 bounds: r.bounds,
-                normal: Vec3::ZERO,
+                normal: None,
                 power: f64::from(r.reflectance * r.area).max(f64::MIN_POSITIVE),
             };
             let emitters: Vec<Emitter> = list.iter().map(emitter).collect();
@@ -360,10 +364,11 @@ impl Reflectors {
     /// Whether anything that lets light pass and does not focus it may lie between `from` and `target`.
     #[inline]
     pub fn may_pass(&self, from: Vec3, target: &Target) -> bool {
-        let (direction, length) = match *target {
-            Target::Point { position, .. } => (position - from, 1.0),
-            Target::Direction(direction) => (direction, f32::INFINITY),
+        let length = match *target {
+            Target::Surface { .. } | Target::Point(_) => 1.0,
+            Target::Direction(_) => f32::INFINITY,
         };
+        let direction = target.towards(from);
         let mut boxes = self.passages.iter();
         boxes.any(|bounds| crosses(bounds, from, direction, length))
     }

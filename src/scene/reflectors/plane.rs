@@ -69,15 +69,16 @@ impl Plane {
     /// What it shows in the place of `target`.
     pub fn image(&self, target: &Target) -> Target {
         match *target {
-            Target::Point {
+            Target::Surface {
                 position,
                 ng,
                 offset,
-            } => Target::Point {
+            } => Target::Surface {
                 position: self.mirror(position),
                 ng,
                 offset,
             },
+            Target::Point(position) => Target::Point(self.mirror(position)),
             Target::Direction(d) => Target::Direction(d - self.normal * (2.0 * self.normal.dot(d))),
         }
     }

@@ -21,6 +21,7 @@ fn build(body: Body, material: MtlMaterial, camera: CameraTable, size: (u32, u32
         size,
         environment: Vec3::ONE.into(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let path = Path::new("test.obj");
     Scene::build(
@@ -262,6 +263,7 @@ fn contradictions_and_impossible_sides_are_refused() {
             size: (8, 8),
             environment: Default::default(),
             roughness_threshold: 0.01,
+            ..Default::default()
         };
         let path = Path::new("test.obj");
         let scene = Scene::build(path, file(), &settings, &mut Warnings::new(false));

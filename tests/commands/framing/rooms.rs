@@ -30,6 +30,7 @@ fn scene(parts: Vec<(Body, MtlMaterial)>, camera: CameraTable) -> Scene {
         size: (96, 64),
         environment: if lamps { Vec3::ZERO } else { Vec3::ONE }.into(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let path = Path::new("test.obj");
     Scene::build(path, file, &settings, &mut Warnings::new(false)).unwrap()

@@ -131,6 +131,7 @@ fn scene(rng: &mut Rng) -> Scene {
         size: (1 + rng.below(24) as u32, 1 + rng.below(24) as u32),
         environment,
         roughness_threshold: 0.02,
+        ..Default::default()
     };
     let mut warnings = Warnings::new(false);
     let mut scene = Scene::build(Path::new("test.obj"), file, &settings, &mut warnings).unwrap();

@@ -208,6 +208,7 @@ fn scene(mixture: &Mixture, size: (u32, u32)) -> Scene {
         }
         .into(),
         roughness_threshold: 0.01,
+        ..Default::default()
     };
     let mut warnings = Warnings::new(false);
     Scene::build(Path::new("test.obj"), file, &settings, &mut warnings).unwrap()

@@ -102,6 +102,7 @@ impl Model {
             size: (width, height),
             environment: glam::Vec3::splat(self.environment).into(),
             roughness_threshold: self.roughness_threshold,
+            ..Default::default()
         };
         let polygons: Vec<(&[[f32; 3]], usize)> = self
             .polygons
