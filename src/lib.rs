@@ -30,6 +30,7 @@
 //! | [`render`] | Passes over all tiles until enough samples or enough time. | sampler, scene, trace, sums, path, film |
 //! | [`part`] | Parts of a render: some of its samples, some of its pixels. | sampler, film, render |
 //! | [`vantage`] | Where a camera stands whose place is open, by what is seen from there. | error, lanes, sampler, filter, geometry, scene, trace, gradient, path, film, render |
+//! | [`mattes`] | Which objects and materials pixels show, and how much of it. | sampler, scene, trace, path, film |
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film, part |
 //! | [`merge`] | Films of parts and crops of one render, put together into one. | error, film, render, part, checkpoint |
 //! | [`denoise`] | Pictures without their noise, by a library that may be there. | error, image |
@@ -38,7 +39,7 @@
 //! | [`exposure`] | By how many stops a picture is brightened for a display. | image |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, denoise, reconstruct |
 //! | [`compare`] | How far an image is from references. | image |
-//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, film, tone |
+//! | [`output`] | EXR, PNG, JPEG and JSON files, whole or not at all; pipes, devices, standard output. | error, image, trace, shift, path, film, mattes, tone |
 //! | [`develop`] | Pictures as they are shown, before their background. | load, image, tone, output |
 //! | [`watch`] | The picture as it grows, in another program. | output |
 //! | [`bench`](mod@bench) | Traversal backends compared on the rays of a real render. | error, sampler, filter, scene, trace, gradient, path, film, render, output |
@@ -142,6 +143,7 @@ pub mod lanes;
 pub mod load;
 pub mod machine;
 pub mod manifold;
+pub mod mattes;
 pub mod merge;
 pub mod output;
 pub mod part;

@@ -16,6 +16,7 @@ pub mod map;
 pub mod mtl;
 mod names;
 pub mod obj;
+mod objects;
 mod passed_over;
 mod polygon;
 mod regroup;

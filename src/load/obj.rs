@@ -42,6 +42,10 @@ pub struct ObjFile {
     pub smoothing_of: Vec<u32>,
     /// Material of each triangle, into `materials`.
     pub material_of: Vec<u32>,
+    /// Names of objects; empty unless they are asked for.
+    pub objects: Vec<String>,
+    /// Object of each triangle, into `objects`.
+    pub object_of: Vec<u32>,
     /// Materials used or not; a missing one is there with its name alone.
     pub materials: Vec<MtlMaterial>,
 }
@@ -53,6 +57,8 @@ pub struct Options {
     pub textures: Option<PathBuf>,
     /// What wins over the materials of the libraries.
     pub repairs: Vec<Repair>,
+    /// Whether it shall be known to which objects triangles belong.
+    pub objects: bool,
 }
 
 /// Reads an OBJ file, the material files that it names, and the textures that those name. `-` is standard
@@ -72,7 +78,7 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
     if let Some(other) = other_kind(name, &text)? {
         return Err(Error::input(name, None, other));
     }
-    let (models, reader) = parse(name, &text)?;
+    let (models, mut reader) = parse(name, &text)?;
     let (mut materials, material_of_name) = library::load(
         path,
         &reader.libraries,
@@ -93,6 +99,10 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
         no_area: 0,
         hollow: 0,
     };
+    let (names, mut of_faces) = std::mem::take(&mut reader.objects).into_names();
+    if options.objects {
+        mesh.obj.objects = names;
+    }
     let mut unnamed = None;
     for model in models {
         let group = Group::from_name(&model.name);
@@ -108,7 +118,7 @@ pub fn load_with(path: &Path, options: &Options, warnings: &mut Warnings) -> Res
         {
             return Err(Error::input(name, None, "has more than 2^32 vertices"));
         }
-        mesh.add(&model.mesh, group, material);
+        mesh.add(&model.mesh, group, material, &mut of_faces);
     }
     if mesh.no_area > 0 {
         let line = scan::first_without_area(text.open()?);
@@ -180,8 +190,14 @@ struct Assembly {
 }
 
 impl Assembly {
-    /// Adds the faces of a group.
-    fn add(&mut self, mesh: &tobj::Mesh, group: Group, material: u32) {
+    /// Adds the faces of a group; `objects` are those of its faces and of the faces after them.
+    fn add(
+        &mut self,
+        mesh: &tobj::Mesh,
+        group: Group,
+        material: u32,
+        objects: &mut impl Iterator<Item = u32>,
+    ) {
         let obj = &mut self.obj;
         let smooth = group.shape.normals && !mesh.normal_indices.is_empty();
         let mapped = group.shape.texcoords && self.textured && !mesh.texcoord_indices.is_empty();
@@ -213,6 +229,7 @@ impl Assembly {
         while at < mesh.indices.len() {
             // tobj tells numbers of corners where not all are 3.
             let corners = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
+            let object = objects.next().unwrap_or(0);
             let indices = &mesh.indices[at..at + corners];
             let points = indices
                 .iter()
@@ -229,6 +246,9 @@ impl Assembly {
                 obj.triangles
                     .push(corners_of(&mesh.indices, first_position));
                 obj.material_of.push(material);
+                if !obj.objects.is_empty() {
+                    obj.object_of.push(object);
+                }
                 if has_normals {
                     obj.normal_triangles.push(if smooth {
                         corners_of(&mesh.normal_indices, first_normal)

@@ -12,6 +12,7 @@
 
 use super::face::{self, Counts, Face, Shape};
 use super::line;
+use super::objects::Objects;
 use super::passed_over::PassedOver;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -87,6 +88,8 @@ pub struct Regroup<R> {
     pub failure: Option<String>,
     /// Vertices, texture coordinates and normals so far.
     pub counts: Counts,
+    /// To which objects the faces belong.
+    pub objects: Objects,
     inner: R,
     numbers: HashMap<String, u32>,
     /// A `usemtl` argument with its line that no face has followed yet.
@@ -103,7 +106,7 @@ pub struct Regroup<R> {
     group: Group,
     faces: usize,
     /// Faces that name what stands further down, with their lines in the file, in the order of the file.
-    early: Vec<(Group, usize, String)>,
+    early: Vec<Early>,
     /// Lines so far.
     lines: usize,
     /// Bytes of the inner buffer that pass as they are.
@@ -111,6 +114,15 @@ pub struct Regroup<R> {
     /// A line that does not, and how much of it has been read.
     line: Vec<u8>,
     at: usize,
+}
+
+/// A face that names what stands further down.
+struct Early {
+    group: Group,
+    object: u32,
+    /// In the file.
+    number: usize,
+    line: String,
 }
 
 impl<R: BufRead> Regroup<R> {
@@ -123,6 +135,7 @@ impl<R: BufRead> Regroup<R> {
             again: None,
             failure: None,
             counts: [0; 3],
+            objects: Objects::default(),
             inner,
             numbers: HashMap::new(),
             named: None,
@@ -158,6 +171,7 @@ impl<R: BufRead> Regroup<R> {
                         Group::new(self.material, self.smoothing, shape) == self.group
                     });
                     self.faces += usize::from(same);
+                    self.objects.faces += usize::from(same);
                     same
                 }
                 [b'v', b' ' | b'\t', numbers @ ..] => {
@@ -259,8 +273,12 @@ impl<R: BufRead> Regroup<R> {
                 }
                 match face::read(line::words(argument), &self.counts, false) {
                     Face::Early(line) => {
-                        let group = Group::new(self.material, self.smoothing, Shape::default());
-                        self.early.push((group, number, line));
+                        self.early.push(Early {
+                            group: Group::new(self.material, self.smoothing, Shape::default()),
+                            object: self.objects.current(),
+                            number,
+                            line,
+                        });
                     }
                     face => self.face(face, (self.material, self.smoothing), number, out),
                 }
@@ -276,6 +294,8 @@ impl<R: BufRead> Regroup<R> {
                 // `off` and what is no number.
                 Some(group) => self.smoothing = group.parse().unwrap_or(0),
             },
+            "o" => self.objects.object(argument),
+            "g" => self.objects.group(argument),
             "l" | "p" => self.passed_over.lines.add(number),
             "#MRGB" => self.mrgb.extend(mrgb(argument)),
             "" => {}
@@ -352,6 +372,7 @@ impl<R: BufRead> Regroup<R> {
                     let _ = writeln!(out, "g {}", group.name());
                 }
                 self.faces += 1;
+                self.objects.faces += 1;
                 out.push_str(&line);
             }
             Face::Early(_) => {}
@@ -365,10 +386,16 @@ impl<R: BufRead> Regroup<R> {
             self.again = Some(Colours::Given(std::mem::take(&mut self.mrgb)));
             return;
         }
-        for (group, number, line) in std::mem::take(&mut self.early) {
-            let corners = line.split_whitespace().skip(1);
+        for early in std::mem::take(&mut self.early) {
+            let corners = early.line.split_whitespace().skip(1);
             let face = face::read(corners, &self.counts, true);
-            self.face(face, (group.material, group.smoothing), number, out);
+            self.objects.go_on(early.object);
+            let Group {
+                material,
+                smoothing,
+                ..
+            } = early.group;
+            self.face(face, (material, smoothing), early.number, out);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Pictures, figures and statistics to files, whole or not at all, and to pipes and devices.
 
 pub mod colour_map;
+pub mod cryptomatte;
 pub mod exr;
 pub mod figure;
 pub mod format;

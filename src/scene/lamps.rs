@@ -147,6 +147,7 @@ fn retain(obj: &mut ObjFile, keep: impl Fn(usize) -> bool) {
     of(&mut obj.texcoord_triangles, &keep);
     of(&mut obj.smoothing_of, &keep);
     of(&mut obj.material_of, &keep);
+    of(&mut obj.object_of, &keep);
 }
 
 /// Whether the normals of all corners look away from the front of a triangle.

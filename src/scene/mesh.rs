@@ -29,6 +29,8 @@ pub struct Mesh {
     colours: Vec<Vec3>,
     /// Material of each triangle.
     pub material_of: Vec<u32>,
+    /// Object of each triangle; empty where nobody asked for them.
+    pub object_of: Vec<u32>,
     /// The triangles with holes, if there are any.
     pub cutouts: Option<Cutouts>,
     /// Smallest and largest coordinates of the triangles.
@@ -101,6 +103,7 @@ impl Mesh {
             texcoord_triangles,
             colours,
             material_of,
+            object_of,
             ..
         } = obj;
         for uv in texcoords.iter_mut().filter(|uv| !uv.is_finite()) {
@@ -137,6 +140,7 @@ impl Mesh {
             texcoord_triangles,
             colours,
             material_of,
+            object_of,
             cutouts,
             bounds,
         }
@@ -393,15 +397,16 @@ fn cutouts_last(obj: &mut ObjFile, opacity: Vec<Option<Texture>>) -> Option<Cuto
     }
     let first = rest.len() as u32;
     let order: Vec<usize> = rest.into_iter().chain(holes).collect();
-    let reorder = |list: &mut Vec<[u32; 3]>| {
+    fn reorder<T: Copy>(list: &mut Vec<T>, order: &[usize]) {
         if !list.is_empty() {
             *list = order.iter().map(|&t| list[t]).collect();
         }
-    };
-    reorder(&mut obj.triangles);
-    reorder(&mut obj.normal_triangles);
-    reorder(&mut obj.texcoord_triangles);
-    obj.material_of = order.iter().map(|&t| obj.material_of[t]).collect();
+    }
+    reorder(&mut obj.triangles, &order);
+    reorder(&mut obj.normal_triangles, &order);
+    reorder(&mut obj.texcoord_triangles, &order);
+    reorder(&mut obj.material_of, &order);
+    reorder(&mut obj.object_of, &order);
     Some(Cutouts { first, opacity })
 }
 

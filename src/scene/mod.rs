@@ -59,6 +59,8 @@ pub struct Scene {
     pub mesh: Arc<Mesh>,
     /// What triangles refer to by [`Mesh::material_of`].
     pub materials: Vec<Material>,
+    /// What triangles refer to by [`Mesh::object_of`]; empty where nobody asked for them.
+    pub objects: Vec<String>,
     /// What is sampled as a light.
     pub lights: Lights,
     /// What sends light on in single directions.
@@ -129,6 +131,7 @@ impl Scene {
         for note in content::notes(&obj.materials) {
             warnings.note(note);
         }
+        let objects = std::mem::take(&mut obj.objects);
         let mesh = Mesh::new(obj, opacity);
         let has_pictures = |m: &Material| m.textures.iter().any(|t| t.named().next().is_some());
         if materials.iter().any(has_pictures) {
@@ -160,6 +163,7 @@ impl Scene {
         Ok(Self {
             mesh: Arc::new(mesh),
             materials,
+            objects,
             lights,
             reflectors,
             environment,

@@ -35,6 +35,7 @@ pub fn scene_of_file(path: &Path, width: u32, height: u32) -> Scene {
     let options = obj::Options {
         textures: None,
         repairs: toml.repairs.clone(),
+        ..Default::default()
     };
     let file = obj::load_with(path, &options, &mut warnings).unwrap();
     let settings = SceneSettings {

@@ -651,6 +651,7 @@ fn repaired(toml: &str) -> Result<(Vec<MtlMaterial>, usize), String> {
         repairs: gdpt::load::sidecar::load(&path)
             .map_err(|e| e.to_string())?
             .repairs,
+        ..Default::default()
     };
     let file = gdpt::load::obj::load_with(&path, &options, &mut warnings);
     let file = file.map_err(|e| e.to_string())?;
