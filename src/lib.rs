@@ -47,7 +47,7 @@
 //! | [`spectrum`] | The error theory against measurement, by frequency. | sampler, estimate, reconstruct, output |
 //! | [`cli`] | The command line: definitions only. | load, sampler, filter, scene, trace, gradient, part, path, render, reconstruct, output, tone, exposure |
 //! | [`progress`] | What the user sees while it works. | error, render, output |
-//! | [`app`] | The commands, from flags to files. | error, machine, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, part, checkpoint, merge, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch, tone |
+//! | [`app`] | The commands, from flags to files. | error, machine, load, filter, bsdf, scene, trace, gradient, path, image, estimate, film, render, part, mattes, checkpoint, merge, reconstruct, picture, compare, output, bench, chart, spectrum, cli, progress, exposure, denoise, develop, vantage, watch, tone |
 //!
 //! # A tour
 //!

@@ -1,7 +1,7 @@
 //! `gdpt merge` from films to files.
 
 use super::finish::{self, Outputs, Rendered};
-use super::{Ended, default_kind, reconstruction, render, thread_pool};
+use super::{Ended, kind_for, memory, reconstruction, thread_pool};
 use crate::cli::MergeArgs;
 use crate::error::{Error, Result, Warnings};
 use crate::load::environment::Background;
@@ -44,15 +44,8 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
         .parse()
         .map_err(|_| senseless("background"))?;
     finish::check_background(format, background)?;
-    let kind = args
-        .reconstruct
-        .unwrap_or(default_kind(rendered_by, args.denoise));
-    if rendered_by == Method::Pt && kind.needs_gradients() {
-        let message =
-            "--reconstruct needs gradients, which these films do not have (none and oidn do not)";
-        return Err(Error::Setting(message.into()));
-    }
-    render::limits::memory(plan.window, false, "merge on a machine that has more")?;
+    let kind = kind_for(rendered_by, args.reconstruct, args.denoise)?;
+    memory::check(plan.window, false, "merge on a machine that has more")?;
     let mut warnings = Warnings::new(args.strict);
     let method = reconstruction(
         kind,
@@ -108,6 +101,7 @@ pub fn merge(args: &MergeArgs) -> Result<Ended> {
         } else {
             "partial"
         },
+        mattes: None,
         warnings: warnings.list().to_vec(),
     };
     outputs.write(rendered, (&picture, method), &hits, shown, &mut reporter)?;

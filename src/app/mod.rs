@@ -6,6 +6,7 @@ pub mod compare;
 mod finish;
 pub mod info;
 pub mod manual;
+mod memory;
 pub mod merge;
 pub mod reconstruct;
 pub mod render;
@@ -14,13 +15,13 @@ pub mod spectrum;
 use crate::cli::{EnvironmentFlag, ReadingArgs, SizeFlag};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warnings};
-use crate::film::BYTES_PER_PIXEL;
 use crate::image::Image;
 use crate::load::environment::{Background, EnvironmentTable, Model};
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
 use crate::reconstruct::{Alpha, Kind, Method, PAPER_ALPHA};
+use crate::render::Method as RenderMethod;
 use crate::scene::framing::Open;
 use crate::scene::material::ROUGHNESS_THRESHOLD;
 use crate::scene::smoothing;
@@ -41,6 +42,7 @@ pub enum Ended {
 }
 
 /// What flags say of the scene. They win over the TOML.
+#[derive(Clone)]
 struct SceneFlags {
     camera: CameraTable,
     /// Which of the TOML's cameras.
@@ -49,10 +51,12 @@ struct SceneFlags {
     environment: EnvironmentFlags,
     roughness_threshold: f32,
     reading: ReadingArgs,
+    /// Whether it shall be known to which objects triangles belong.
+    objects: bool,
 }
 
 /// What flags say of the light from where there is nothing.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct EnvironmentFlags {
     source: Option<EnvironmentFlag>,
     sun: Option<[f32; 2]>,
@@ -110,6 +114,7 @@ impl SceneFlags {
             environment: EnvironmentFlags::default(),
             roughness_threshold: ROUGHNESS_THRESHOLD,
             reading: reading.clone(),
+            objects: false,
         }
     }
 }
@@ -135,6 +140,7 @@ fn load_scene(path: &Path, flags: SceneFlags, warnings: &mut Warnings) -> Result
     let options = obj::Options {
         textures: flags.reading.textures,
         repairs: toml.repairs.clone(),
+        objects: flags.objects,
     };
     let mut file = obj::load_with(path, &options, warnings)?;
     if let Some(degrees) = flags.reading.smooth {
@@ -175,13 +181,21 @@ fn settle(scene: &mut Scene, tracer: &dyn Traverse, warnings: &mut Warnings) -> 
     Ok(())
 }
 
-/// The method of reconstruction that is meant where none is named.
-fn default_kind(method: crate::render::Method, denoise: bool) -> Kind {
-    match method {
-        crate::render::Method::Pt if denoise => Kind::Oidn,
-        crate::render::Method::Pt => Kind::None,
-        crate::render::Method::Gpt if denoise => Kind::Guided,
-        crate::render::Method::Gpt => Kind::Weighted,
+/// The reconstruction of what `method` has rendered: the one that is named, or the one that is meant where none is.
+fn kind_for(method: RenderMethod, named: Option<Kind>, denoise: bool) -> Result<Kind> {
+    let is_pt = method == RenderMethod::Pt;
+    match named {
+        Some(kind) if is_pt && kind.needs_gradients() => {
+            let message = "--reconstruct needs gradients, which --method pt does not have (none and oidn do not)";
+            Err(Error::Setting(message.into()))
+        }
+        Some(kind) => Ok(kind),
+        None => Ok(match (is_pt, denoise) {
+            (true, true) => Kind::Oidn,
+            (true, false) => Kind::None,
+            (false, true) => Kind::Guided,
+            (false, false) => Kind::Weighted,
+        }),
     }
 }
 
@@ -205,14 +219,6 @@ fn reconstruction(
         Kind::Oidn => Method::Denoised(Denoiser::get(threads)?),
         Kind::None => Method::Primal,
     })
-}
-
-/// Bytes of a pixel beside the film while the picture is made and written with all its layers (measured).
-const BYTES_OF_IMAGES: usize = 460;
-
-/// Memory for the film and the images made of it.
-fn picture_bytes(width: u32, height: u32) -> u64 {
-    u64::from(width) * u64::from(height) * (BYTES_PER_PIXEL + BYTES_OF_IMAGES) as u64
 }
 
 /// The channel that has the share of each pixel that the scene covers: alpha, where that is the picture's.

@@ -84,6 +84,10 @@ pub struct RenderArgs {
     #[arg(help_heading = OUTPUT, long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
+    /// Have the layers of Cryptomatte in the .exr: which objects (o, or g) and materials each pixel shows
+    #[arg(help_heading = OUTPUT, long, conflicts_with = "pixel")]
+    pub cryptomatte: bool,
+
     /// Render this many views around the target, into a folder named as the output without its extension
     #[arg(help_heading = OUTPUT, long, value_name = "VIEWS", conflicts_with = "pixel")]
     pub turntable: Option<u32>,

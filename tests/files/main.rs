@@ -7,6 +7,7 @@ mod checkpoint;
 mod common;
 mod downloads;
 mod load;
+mod mattes;
 mod models;
 #[cfg(unix)]
 mod outputs;

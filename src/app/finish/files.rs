@@ -5,6 +5,8 @@ use crate::develop::Plate;
 use crate::error::{Error, Result};
 use crate::film::{Film, FirstHits};
 use crate::load::scene_name;
+use crate::mattes::Mattes;
+use crate::output::cryptomatte;
 use crate::output::format::Format;
 use crate::output::is_stream;
 use crate::output::stats::Stats;
@@ -21,6 +23,7 @@ pub(super) struct Made<'a> {
     pub(super) plate: &'a Plate<'a>,
     pub(super) hits: &'a FirstHits,
     pub(super) film: &'a Film,
+    pub(super) mattes: Option<&'a Mattes>,
     pub(super) stats: &'a Stats,
 }
 
@@ -95,9 +98,13 @@ fn exr(path: &Path, made: &Made) -> Result<()> {
         plate,
         hits,
         film,
+        mattes,
         stats,
     } = made;
     let mut layers = layers(*method, plate, picture, hits, film);
+    if let Some(mattes) = mattes {
+        cryptomatte::add(&mut layers, mattes);
+    }
     layers.attribute("gdpt.version", stats.version);
     layers.attribute("gdpt.scene", stats.scene.clone());
     layers.attribute("gdpt.scene_hash", stats.scene_hash.clone());

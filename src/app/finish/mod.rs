@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::exposure::{Exposure, Metered};
 use crate::film::{BYTES_PER_PIXEL, Film, FirstHits, Halves};
 use crate::load::environment::Background;
+use crate::mattes::Mattes;
 use crate::output::format::{Encoding, Format};
 use crate::output::stats::{Shown, Stats};
 use crate::picture::{self, Picture};
@@ -47,6 +48,8 @@ pub(super) struct Rendered<'a> {
     pub(super) progress: &'a Progress,
     /// Why it ended.
     pub(super) ended: &'static str,
+    /// What pixels show, where that was asked for.
+    pub(super) mattes: Option<&'a Mattes>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -94,6 +97,7 @@ impl Outputs<'_> {
             plate: &plate,
             hits,
             film,
+            mattes: rendered.mattes,
             stats: &stats,
         };
         // What can be written is, whatever fails.

@@ -160,7 +160,8 @@ fn of_scene(path: &Path, args: &InfoArgs) -> Result<Info> {
         cutouts: cutouts(&scene),
         textures: textures(&scene),
         kernels: kernels(&scene),
-        memory_picture: super::picture_bytes(scene.camera.width, scene.camera.height) as usize,
+        memory_picture: super::memory::picture_bytes(scene.camera.width, scene.camera.height)
+            as usize,
         memory_scene: BYTES_PER_TRIANGLE * scene.mesh.triangles.len() + texture_bytes(&scene),
         warnings: warnings.list().to_vec(),
     })

@@ -1,6 +1,5 @@
 //! Pictures of nothing: a camera that sees no surface, or no light.
 
-use crate::cli::RenderArgs;
 use crate::film::{Film, Halves, Window};
 use crate::progress::Reporter;
 use crate::scene::Scene;
@@ -23,11 +22,12 @@ pub(super) struct Lookout {
 }
 
 impl Lookout {
-    pub(super) fn new(args: &RenderArgs, window: Window) -> Self {
+    /// `error_alone`: the error alone ends the render.
+    pub(super) fn new(error_alone: bool, window: Window, quiet: bool) -> Self {
         Self {
-            quiet: args.quiet,
+            quiet,
             is_crop: !window.is_whole(),
-            error_alone: args.error.is_some() && args.spp.is_none() && args.time.is_none(),
+            error_alone,
             looked: false,
             message: None,
         }

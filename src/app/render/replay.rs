@@ -1,25 +1,21 @@
 //! `--pixel` and `--sample`: one sample again, in words.
 
-use super::{load, path_settings};
-use crate::app::{Ended, settle};
-use crate::cli::RenderArgs;
+use super::plan::Plan;
+use crate::app::{Ended, load_scene, settle};
 use crate::error::{Error, Result, Warnings};
 use crate::output::print;
 use crate::path::replay;
 use crate::progress::Reporter;
 use crate::render::Method;
+use std::path::Path;
 
-/// Prints what the sample is made of.
-pub(super) fn replay(args: &RenderArgs, (x, y): (u32, u32)) -> Result<Ended> {
-    let [scene] = &args.scenes[..] else {
-        let message = "--pixel is of one scene; name one";
-        return Err(Error::Setting(message.into()));
-    };
-    let mut warnings = Warnings::new(args.strict);
-    let mut scene = load(args, scene, &mut warnings)?;
-    let tracer = args.backend.build(&scene.mesh, 1)?;
+/// Prints what the sample `number` of a pixel is made of.
+pub(super) fn replay(plan: &Plan, scene: &Path, (x, y): (u32, u32), number: u64) -> Result<Ended> {
+    let mut warnings = Warnings::new(plan.strict);
+    let mut scene = load_scene(scene, plan.scene.clone(), &mut warnings)?;
+    let tracer = plan.backend.build(&scene.mesh, 1)?;
     settle(&mut scene, &*tracer, &mut warnings)?;
-    Reporter::new(args.quiet).warnings(warnings.list());
+    Reporter::new(plan.quiet).warnings(warnings.list());
     let (width, height) = (scene.camera.width, scene.camera.height);
     if x >= width || y >= height {
         return Err(Error::Setting(format!(
@@ -28,15 +24,15 @@ pub(super) fn replay(args: &RenderArgs, (x, y): (u32, u32)) -> Result<Ended> {
             height - 1
         )));
     }
-    let replay = match args.method {
+    let replay = match plan.method {
         Method::Pt => replay::replay::<0>,
         Method::Gpt => replay::replay::<4>,
     };
-    let told = replay(&scene, &*tracer, &path_settings(args), (x, y), args.sample);
-    let (sample, seed) = (args.sample, args.seed);
+    let told = replay(&scene, &*tracer, &plan.paths, (x, y), number);
+    let seed = plan.paths.seed;
     let lines = told.lines.join("\n");
     print(&format!(
-        "pixel {x},{y}, sample {sample}, seed {seed}\n{lines}\n"
+        "pixel {x},{y}, sample {number}, seed {seed}\n{lines}\n"
     ))?;
     Ok(Ended::Done)
 }

@@ -1,10 +1,9 @@
 //! `--checkpoint`, `--every` and `--resume`; and films, which are checkpoints of their own.
 
 use super::lock::Lock;
-use super::targets::Target;
+use super::plan::Keeping;
 use crate::app::finish::elsewhere;
 use crate::checkpoint::{self, Header, Progress};
-use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
 use crate::film::{Film, Halves};
 use crate::output;
@@ -13,29 +12,6 @@ use crate::render::{Ending, Limits, Outcome, is_pass_end, pass_length};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-const EVERY: Duration = Duration::from_secs(60);
-
-/// Refuses what cannot be, before a scene is read.
-pub(super) fn check(args: &RenderArgs, targets: &[Target]) -> Result<()> {
-    for target in targets {
-        let kept = [args.checkpoint.as_deref(), target.film()];
-        let mut kept = kept.into_iter().flatten().peekable();
-        let needing = [("--resume", args.resume), ("--every", args.every.is_some())];
-        if let (None, Some((flag, _))) = (kept.peek(), needing.iter().find(|(_, given)| *given)) {
-            let message = format!("{flag} needs --checkpoint FILE, or a .gdpt as output");
-            return Err(Error::Setting(message));
-        }
-        for path in kept {
-            if output::regular_file(path)?.exists() && !args.resume {
-                let message =
-                    "there is a checkpoint already: --resume goes on from it, or remove it";
-                return Err(Error::input(path, None, message));
-            }
-        }
-    }
-    Ok(())
-}
 
 /// The checkpoint of a render; none without `--checkpoint`, unless the film is what it makes.
 pub(super) struct Saving {
@@ -61,13 +37,13 @@ pub(super) struct Saving {
 }
 
 impl Saving {
-    pub(super) fn new(args: &RenderArgs, film: Option<&Path>, header: Header) -> Result<Self> {
-        let path = args.checkpoint.as_deref().or(film);
+    pub(super) fn new(keeping: &Keeping, film: Option<&Path>, header: Header) -> Result<Self> {
+        let path = keeping.checkpoint.or(film);
         Ok(Self {
             path: path.map(output::regular_file).transpose()?,
             film: film.map(output::regular_file).transpose()?,
-            resume: args.resume,
-            every: args.every.unwrap_or(EVERY),
+            resume: keeping.resume,
+            every: keeping.every,
             header,
             before: Progress::default(),
             resumed: 0,

@@ -1,13 +1,10 @@
-//! What is refused before anything is allocated or rendered.
+//! How many samples the flags ask for, and which.
 
-use crate::app::picture_bytes;
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
-use crate::film::{BYTES_PER_PIXEL, MAX_SAMPLES, Window};
-use crate::machine;
+use crate::film::MAX_SAMPLES;
 use crate::part::{Part, Samples};
-use crate::reconstruct::Kind;
-use crate::render::{Limits, Method, PASS};
+use crate::render::{Limits, PASS};
 
 const DEFAULT_SPP: u64 = 64;
 
@@ -23,21 +20,8 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Limits> {
         None if args.time.is_some() || args.error.is_some() => MAX_SAMPLES,
         None => DEFAULT_SPP,
     };
-    if args.depth == 0 {
-        return Err(Error::Setting("--depth must be at least 1".into()));
-    }
     if args.error.is_some_and(|e| !(e > 0.0 && e.is_finite())) {
         return Err(Error::Setting("--error must be above 0".into()));
-    }
-    if !(0.0..=1.0).contains(&args.roughness_threshold) {
-        return Err(Error::Setting(
-            "--roughness-threshold must be from 0 to 1".into(),
-        ));
-    }
-    if args.method == Method::Pt && args.reconstruct.is_some_and(Kind::needs_gradients) {
-        let message =
-            "--reconstruct needs gradients, which --method pt does not have (none and oidn do not)";
-        return Err(Error::Setting(message.into()));
     }
     Ok(Limits {
         samples,
@@ -58,6 +42,7 @@ pub(super) fn samples(args: &RenderArgs, is_film: bool) -> Result<Samples> {
         ("--error", args.error.is_some()),
         ("--preview", args.preview.is_some()),
         ("--stats", args.stats.is_some()),
+        ("--cryptomatte", args.cryptomatte),
         ("--reconstruct", args.reconstruct.is_some()),
         ("--denoise", args.denoise),
         ("--alpha", args.alpha.is_some()),
@@ -96,48 +81,4 @@ pub(super) fn samples(args: &RenderArgs, is_film: bool) -> Result<Samples> {
             Ok(Samples::Some { part, all })
         }
     }
-}
-
-/// The pixels that the flags ask for, of a picture of this size.
-pub(super) fn window(args: &RenderArgs, width: u32, height: u32) -> Result<Window> {
-    let whole = Window::whole(width, height);
-    let Some(crop) = args.crop else {
-        return Ok(whole);
-    };
-    if crop.end.0 > width || crop.end.1 > height {
-        return Err(Error::Setting(format!(
-            "--crop must be within 0,0,{width},{height}: it ends at {},{}",
-            crop.end.0, crop.end.1
-        )));
-    }
-    Ok(Window {
-        x: crop.first.0,
-        y: crop.first.1,
-        width: crop.end.0 - crop.first.0,
-        height: crop.end.1 - crop.first.1,
-        ..whole
-    })
-}
-
-/// Whether these pixels of a film, and the images of a picture where it is to be one, fit into the machine's memory;
-/// `advice` says what to do where they do not.
-pub(in crate::app) fn memory(window: Window, is_film: bool, advice: &str) -> Result<()> {
-    let Window { width, height, .. } = window;
-    let needed = if is_film {
-        window.pixels() as u64 * BYTES_PER_PIXEL as u64
-    } else {
-        picture_bytes(width, height)
-    };
-    let there = machine::memory();
-    if needed > there {
-        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
-        let what = if is_film { "film" } else { "picture" };
-        return Err(Error::Setting(format!(
-            "a {what} of {width}x{height} needs about {:.1} GB of memory, and this machine has {:.1} GB: \
-             {advice}",
-            gigabytes(needed),
-            gigabytes(there)
-        )));
-    }
-    Ok(())
 }

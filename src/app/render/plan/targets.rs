@@ -1,7 +1,7 @@
 //! Which pictures a call makes: each scene with where its picture goes.
 
+use super::frames::{self, Frame};
 use super::limits;
-use super::turntable::{self, Frame};
 use crate::app::MADE_UP_FORMAT;
 use crate::cli::{CropFlag, RenderArgs};
 use crate::error::{Error, Result};
@@ -13,15 +13,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A scene with where its picture goes.
-pub(super) struct Target<'a> {
-    pub(super) scene: &'a Path,
-    pub(super) output: PathBuf,
+pub(in crate::app::render) struct Target<'a> {
+    pub(in crate::app::render) scene: &'a Path,
+    pub(in crate::app::render) output: PathBuf,
     /// What the picture is written as; `None` where the output is a film.
-    pub(super) format: Option<Format>,
+    pub(in crate::app::render) format: Option<Format>,
     /// Which samples of it.
-    pub(super) samples: Samples,
+    pub(in crate::app::render) samples: Samples,
     /// With `--turntable`, the views that go to files in place of `output`.
-    pub(super) frames: Option<Vec<Frame>>,
+    pub(in crate::app::render) frames: Option<Vec<Frame>>,
 }
 
 /// The extension of films.
@@ -29,7 +29,7 @@ const FILM: &str = "gdpt";
 
 impl Target<'_> {
     /// Where the film goes, if it is no picture.
-    pub(super) fn film(&self) -> Option<&Path> {
+    pub(in crate::app::render) fn film(&self) -> Option<&Path> {
         self.format.is_none().then_some(&*self.output)
     }
 }
@@ -65,7 +65,11 @@ pub(super) fn of_flags(args: &RenderArgs) -> Result<Vec<Target<'_>>> {
             }
         };
         let samples = limits::samples(args, format.is_none())?;
-        let frames = turntable::frames(args, &output, format)?;
+        if args.cryptomatte && format != Some(Format::Exr) {
+            let message = "--cryptomatte makes layers: give -o a name that ends in .exr";
+            return Err(Error::Setting(message.into()));
+        }
+        let frames = frames::of_flags(args, &output, format)?;
         // A film is asked about by itself.
         if folder.is_some() && format.is_some() {
             let files: Vec<&Path> = match &frames {
