@@ -29,13 +29,13 @@ mod layer {
     use gdpt::scene::Scene;
     use gdpt::trace::embree::{Build, Embree};
     use gdpt::trace::rays::{AnyBatch, ClosestBatch, Ray};
-    use gdpt::trace::{RayKind, Traverse, Way};
+    use gdpt::trace::{RayKind, TraversalMode, Traverse};
     use std::time::Instant;
 
     pub fn compare(name: &str, scene: &Scene, pairs: usize) {
         let embree = Embree::new(scene.mesh.clone(), 1, Build::Robust).expect("a tree");
         // The C loop is incoherent: so is ours here, also for primary rays.
-        let way = Way::PACKET8;
+        let way = TraversalMode::PACKET8;
         for (kind, recording) in RayKind::ALL.iter().zip(record(scene, &embree, 12, 20_000)) {
             let mut ratios: Vec<f64> = (0..pairs)
                 .map(|pair| {

@@ -11,20 +11,20 @@ use gdpt::lanes::{LANES, Vec3x8};
 use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::{Job, Limits, Method, TILE_SIZE};
-use gdpt::sampler::{Dimension, Points, Sampler};
+use gdpt::sampler::{Dimension, Sampler, SamplerKind};
 use gdpt::scene::Scene;
 use gdpt::shift::{self, JointsX8};
 use gdpt::sums::TileSums;
 use gdpt::trace::rays::{ClosestBatch, Ray};
 use gdpt::trace::{Backend, RayKind, Traverse};
-use gdpt::vertex::{End, Vertex, VerticesX8};
+use gdpt::vertex::{Interaction, Vertex, VerticesX8};
 use std::hint::black_box;
 use wide::f32x8;
 
 const SETTINGS: PathSettings = PathSettings {
     depth: 12,
     seed: 0,
-    points: Points::Sobol,
+    sampler: SamplerKind::Sobol,
     weights: Weights::Mis,
     filter: Filter::Box,
     manifold: Manifold::Auto,
@@ -45,10 +45,12 @@ fn vertices(scene: &Scene, tracer: &dyn Traverse) -> Vec<(Vertex, Vertex)> {
         let mut batch = ClosestBatch::of(&rays);
         tracer.closest(&mut batch, RayKind::Primary);
         (0..camera.width)
-            .map(|x| match End::new(scene, batch.hit(x), direction(x)) {
-                End::Surface(v) => Some(v),
-                _ => None,
-            })
+            .map(
+                |x| match Interaction::new(scene, batch.hit(x), direction(x)) {
+                    Interaction::Surface(v) => Some(v),
+                    _ => None,
+                },
+            )
             .collect()
     };
     let (a, b) = (
@@ -87,7 +89,7 @@ fn parts(c: &mut Criterion) {
     let scattered: Vec<_> = pairs
         .iter()
         .map(|(x, y)| (x.scatter::<false>(&scene, 1, &u), x, y))
-        .filter(|(s, ..)| s.holds != 0 && s.transmits == 0)
+        .filter(|(s, ..)| s.valid != 0 && s.transmits == 0)
         .collect();
     group.bench_function("half-vector copy", |b| {
         b.iter(|| {
@@ -99,8 +101,8 @@ fn parts(c: &mut Criterion) {
     group.bench_function("light sample", |b| {
         b.iter(|| {
             for (i, (x, _)) in pairs.iter().enumerate() {
-                let [a, b, c, _] =
-                    Sampler::for_pixel(Points::Sobol, 0, i as u32, 0, 5).draw(Dimension::Light(1));
+                let [a, b, c, _] = Sampler::for_pixel(SamplerKind::Sobol, 0, i as u32, 0, 5)
+                    .draw(Dimension::Light(1));
                 let u = [a, b, c].map(f32x8::splat);
                 let light = scene.sample_lights::<false>(x.position, 255, u);
                 let seen = Seen::new(x.position, light.position, light.ng);

@@ -84,7 +84,7 @@ fn scene(c: &mut Criterion, name: &str, scene: &Scene) {
             use gdpt::trace::embree::{Build, Embree};
             let embree = Embree::new(scene.mesh.clone(), 1, Build::Robust).expect("a tree");
             // The C loop is incoherent; so is ours, for a fair comparison of primary rays.
-            let way = gdpt::trace::Way::PACKET8;
+            let way = gdpt::trace::TraversalMode::PACKET8;
             let id = BenchmarkId::from_parameter("embree packet 8");
             let (closest, any) = (
                 |b: &mut ClosestBatch| embree.closest_by(b, way),

@@ -57,7 +57,7 @@ pub struct Seen<F: Float = f32> {
     /// The geometry term: turns area there into solid angle here.
     pub solid_angle_per_area: F,
     /// Where it can be seen; a point in its own plane cannot.
-    pub holds: F::Mask,
+    pub valid: F::Mask,
 }
 
 impl<F: Float> Seen<F> {
@@ -72,7 +72,7 @@ impl<F: Float> Seen<F> {
         Self {
             direction,
             solid_angle_per_area: g,
-            holds: positive(g) & g.finite(),
+            valid: positive(g) & g.finite(),
         }
     }
 }
@@ -82,7 +82,7 @@ impl<F: Float> Seen<F> {
 #[inline]
 pub fn solid_angle_per_area(from: Vec3, to: Vec3, ng: Vec3) -> Option<(Vec3, f32)> {
     let seen = Seen::<f32>::new(from.into(), to.into(), ng.into());
-    seen.holds
+    seen.valid
         .then(|| (seen.direction.into(), seen.solid_angle_per_area))
 }
 
@@ -103,7 +103,7 @@ mod tests {
             let (one, lanes) = (Vector::<f32>::from, Vector::<f32x8>::splat);
             let seen = Seen::new(lanes(from), lanes(to), lanes(ng));
             let alone = solid_angle_per_area(from, to, ng);
-            assert_eq!(seen.holds.bits(), if alone.is_some() { 255 } else { 0 });
+            assert_eq!(seen.valid.bits(), if alone.is_some() { 255 } else { 0 });
             if let Some((direction, g)) = alone {
                 assert_eq!(seen.direction.lane(3), direction);
                 assert_eq!(seen.solid_angle_per_area.lane(4), g);

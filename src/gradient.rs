@@ -88,8 +88,8 @@ impl<F: Float> Base<F> {
         match weights {
             Weights::Mis => F::ONE / (self.densities + shift.densities),
             Weights::Symmetric => {
-                let holds = positive(shift.densities);
-                F::select(holds, F::splat(0.5), F::ONE) / self.densities
+                let valid = positive(shift.densities);
+                F::select(valid, F::splat(0.5), F::ONE) / self.densities
             }
         }
     }

@@ -34,7 +34,7 @@
 //! | [`checkpoint`] | The film in a file, to go on from. | error, path, film, part |
 //! | [`merge`] | Films of parts and crops of one render, put together into one. | error, film, render, part, checkpoint |
 //! | [`denoise`] | Pictures without their noise, by a library that may be there. | error, image |
-//! | [`reconstruct`] | The picture from primal and differences. | image, estimate, denoise |
+//! | [`reconstruct`] | The picture from primal and differences. | error, image, estimate, denoise |
 //! | [`tone`] | Tone curves: from light of any brightness to what a display can show. | |
 //! | [`exposure`] | By how many stops a picture is brightened for a display. | image |
 //! | [`picture`] | The picture of a film: reconstruction, light seen directly, error. | image, film, denoise, reconstruct |
@@ -61,7 +61,7 @@
 //! use gdpt::load::{obj, sidecar};
 //! use gdpt::path::{Manifold, PathSettings};
 //! use gdpt::render::{Job, Limits, Method, TILE_SIZE};
-//! use gdpt::sampler::Points;
+//! use gdpt::sampler::SamplerKind;
 //! use gdpt::scene::{EnvironmentSetting, Scene, SceneSettings};
 //! use gdpt::trace::Backend;
 //!
@@ -92,7 +92,7 @@
 //!     settings: PathSettings {
 //!         depth: 12,
 //!         seed: 0,
-//!         points: Points::Sobol,
+//!         sampler: SamplerKind::Sobol,
 //!         weights: Weights::Mis,
 //!         filter: Filter::Box,
 //!         manifold: Manifold::Auto,

@@ -121,7 +121,7 @@ fn camera_ray(
     let (origin, direction) = match &camera.lens {
         None => (camera.origin, camera.direction(at.0, at.1)),
         Some(lens) => {
-            let sampler = Sampler::for_pixel(settings.points, settings.seed, x, y, sample);
+            let sampler = Sampler::for_pixel(settings.sampler, settings.seed, x, y, sample);
             let [u, v, ..] = sampler.draw(Dimension::Pixel);
             camera.through_lens(lens, at.0, at.1, [u, v])
         }

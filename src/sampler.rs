@@ -18,7 +18,7 @@ const SEQUENCE: u64 = 1 << 16;
 
 /// How the samples of a pixel are spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, clap::ValueEnum)]
-pub enum Points {
+pub enum SamplerKind {
     /// Evenly, so that the error falls faster than one over the samples.
     #[default]
     Sobol,
@@ -62,31 +62,26 @@ impl Sampler {
 
     /// The numbers of sample `sample` of the pixel (`x`, `y`), scrambled apart from all other pixels.
     #[inline]
-    pub fn for_pixel(points: Points, seed: u64, x: u32, y: u32, sample: u64) -> Self {
-        Self::new(
-            points,
-            seed,
-            1 + (u64::from(y) << 32 | u64::from(x)),
-            sample,
-        )
+    pub fn for_pixel(kind: SamplerKind, seed: u64, x: u32, y: u32, sample: u64) -> Self {
+        Self::new(kind, seed, 1 + (u64::from(y) << 32 | u64::from(x)), sample)
     }
 
     /// The numbers of sample `sample` that all pixels share: one position inside the pixel for the
     /// whole pass, so that an offset path's primary hit is the neighbour's.
     #[inline]
-    pub fn for_pass(points: Points, seed: u64, sample: u64) -> Self {
-        Self::new(points, seed, 0, sample)
+    pub fn for_pass(kind: SamplerKind, seed: u64, sample: u64) -> Self {
+        Self::new(kind, seed, 0, sample)
     }
 
     #[inline]
-    fn new(points: Points, seed: u64, stream: u64, sample: u64) -> Self {
+    fn new(kind: SamplerKind, seed: u64, stream: u64, sample: u64) -> Self {
         let point = sample / 2;
-        let (sequence, point) = match points {
-            Points::Sobol => (
+        let (sequence, point) = match kind {
+            SamplerKind::Sobol => (
                 (point / SEQUENCE) * 2 + half(sample) as u64,
                 point % SEQUENCE,
             ),
-            Points::Independent => (sample, 0),
+            SamplerKind::Independent => (sample, 0),
         };
         let mixed = mix(mix(mix(seed) ^ stream) ^ sequence);
         Self {
@@ -243,7 +238,7 @@ mod tests {
             for dim in 0..4 {
                 let mut seen = [0; 64];
                 for n in 0..64u64 {
-                    let s = Sampler::for_pixel(Points::Sobol, 7, 3, 5, 2 * n + parity);
+                    let s = Sampler::for_pixel(SamplerKind::Sobol, 7, 3, 5, 2 * n + parity);
                     seen[(s.draw(Dimension::Bsdf(2))[dim] * 64.0) as usize] += 1;
                 }
                 assert!(
@@ -257,7 +252,7 @@ mod tests {
     #[test]
     fn many_draw_the_same_numbers_as_one() {
         let samplers: Vec<Sampler> = (0..LANES as u64 * 3 + 5)
-            .map(|n| Sampler::for_pixel(Points::Sobol, n, 3 * n as u32, 5, n * 7919))
+            .map(|n| Sampler::for_pixel(SamplerKind::Sobol, n, 3 * n as u32, 5, n * 7919))
             .collect();
         for dimension in [
             Dimension::Pixel,
@@ -302,7 +297,7 @@ mod tests {
         // Counts in 16 x 16 cells of pairs of numbers: of one use, of two, of two samples, of two pixels,
         // of two halves. χ² with 255 degrees of freedom has standard deviation 22.6; 5 of them above
         // 255 happens with a probability of 3e-6 a pair.
-        let draw = |n, x, d| Sampler::for_pixel(Points::Independent, 3, x, 0, n).draw(d);
+        let draw = |n, x, d| Sampler::for_pixel(SamplerKind::Independent, 3, x, 0, n).draw(d);
         let (light, bsdf) = (Dimension::Light(1), Dimension::Bsdf(1));
         let pairs: [&dyn Fn(u64) -> (f32, f32); 6] = [
             &|n| (draw(n, 0, bsdf)[0], draw(n, 0, bsdf)[1]),
@@ -330,7 +325,7 @@ mod tests {
 
     #[test]
     fn halves_pixels_dimensions_and_sequences_differ() {
-        let draw = |x, sample, d| Sampler::for_pixel(Points::Sobol, 1, x, 0, sample).draw(d);
+        let draw = |x, sample, d| Sampler::for_pixel(SamplerKind::Sobol, 1, x, 0, sample).draw(d);
         let base = draw(0, 0, Dimension::Bsdf(1));
         for other in [
             draw(0, 1, Dimension::Bsdf(1)),
@@ -338,7 +333,7 @@ mod tests {
             draw(0, 0, Dimension::Light(1)),
             draw(0, 0, Dimension::Bsdf(33)),
             draw(0, 2 * SEQUENCE, Dimension::Bsdf(1)),
-            Sampler::for_pass(Points::Sobol, 1, 0).draw(Dimension::Bsdf(1)),
+            Sampler::for_pass(SamplerKind::Sobol, 1, 0).draw(Dimension::Bsdf(1)),
         ] {
             assert_ne!(base, other);
         }

@@ -263,7 +263,7 @@ pub fn reconnect<const DIFFUSE: bool>(
     let same_side = positive(ng.dot(there.direction) * ng.dot(wi));
     let direction = Vec3x8::select(distant, wi, there.direction);
     let mut eval = y.eval::<DIFFUSE>(scene, direction);
-    eval.holds &= (here.holds & there.holds & same_side) | distant;
+    eval.valid &= (here.valid & there.valid & same_side) | distant;
     let jacobian = there.solid_angle_per_area / here.solid_angle_per_area;
     ShiftedX8 {
         wi: direction,
@@ -304,11 +304,11 @@ pub fn copy_half_vector(
         jacobian = delta.select(f32x8::ONE, jacobian);
     }
     let has = mask_of(lanes_with(scene, y, scattering.transmits));
-    let has = has & (there | delta) & leads & eval.holds;
+    let has = has & (there | delta) & leads & eval.valid;
 
     let wi = y_frame.to_world(local_wi).normalize();
     let agree = y.agree(wi, local_wi.z) & y.agree(y.wo(), y_wo.z);
-    eval.holds = same_side & has & agree;
+    eval.valid = same_side & has & agree;
     ShiftedX8 {
         wi,
         eval,

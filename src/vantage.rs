@@ -13,7 +13,7 @@ use crate::gradient::Weights;
 use crate::lanes::Vec3x8;
 use crate::path::{Manifold, PathSettings};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::framing::{Open, Side};
@@ -317,7 +317,7 @@ impl Met {
         // One lane is asked for.
         let from = Vec3x8::splat(self.position);
         let lamps = scene.sample_lights::<false>(from, 1, u.map(f32x8::splat));
-        if lamps.holds.to_bitmask() & 1 == 0 || lamps.far & 1 == 1 {
+        if lamps.valid.to_bitmask() & 1 == 0 || lamps.far & 1 == 1 {
             return None;
         }
         let (lamp, ng) = (lamps.position.lane(0), lamps.ng.lane(0));
@@ -386,7 +386,7 @@ fn is_dark(scene: &mut Scene, tracer: &dyn Traverse) -> bool {
         settings: PathSettings {
             depth: 12,
             seed: 0,
-            points: Points::Sobol,
+            sampler: SamplerKind::Sobol,
             weights: Weights::Mis,
             filter: Filter::Box,
             manifold: Manifold::Off,

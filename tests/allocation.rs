@@ -11,7 +11,7 @@ use gdpt::gradient::Weights;
 use gdpt::merge::Plan;
 use gdpt::part::{Part, Samples, Share};
 use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
-use gdpt::sampler::Points;
+use gdpt::sampler::SamplerKind;
 use gdpt::sums::TileSums;
 
 fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
@@ -21,7 +21,7 @@ fn allocations_of_a_tile<const N: usize>(name: &str) -> u64 {
     let settings = PathSettings {
         depth: 12,
         seed: 0,
-        points: Points::Sobol,
+        sampler: SamplerKind::Sobol,
         weights: Weights::Mis,
         filter: Filter::Box,
         manifold: Manifold::Auto,

@@ -13,14 +13,13 @@ pub mod render;
 pub mod spectrum;
 
 use crate::cli::{EnvironmentFlag, ReadingArgs, SizeFlag};
-use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warnings};
 use crate::image::Image;
 use crate::load::environment::{Background, EnvironmentTable, Model};
 use crate::load::sidecar::CameraTable;
 use crate::load::{obj, sidecar};
 use crate::output::format::{Encoding, Format};
-use crate::reconstruct::{Alpha, Kind, Method, PAPER_ALPHA};
+use crate::reconstruct::{Alpha, Kind, Method};
 use crate::render::Method as RenderMethod;
 use crate::scene::framing::Open;
 use crate::scene::material::ROUGHNESS_THRESHOLD;
@@ -209,16 +208,7 @@ fn reconstruction(
     if alpha.is_some() && !kind.has_alpha() {
         warnings.push("--alpha matters for --reconstruct l2 and l1 alone")?;
     }
-    let alpha = alpha.unwrap_or(Alpha::Fixed(PAPER_ALPHA));
-    Ok(match kind {
-        Kind::Weighted => Method::Weighted,
-        Kind::L2 => Method::L2(alpha),
-        Kind::L1 => Method::L1(alpha),
-        Kind::Guided => Method::Guided(Denoiser::get(threads)?),
-        Kind::Mix => Method::Mix(Denoiser::get(threads)?),
-        Kind::Oidn => Method::Denoised(Denoiser::get(threads)?),
-        Kind::None => Method::Primal,
-    })
+    kind.method(alpha, threads)
 }
 
 /// The channel that has the share of each pixel that the scene covers: alpha, where that is the picture's.

@@ -95,7 +95,7 @@ fn measure(
             settings: PathSettings {
                 depth: args.depth,
                 seed,
-                points: args.sampler,
+                sampler: args.sampler,
                 weights: args.weights,
                 filter: Filter::Box,
                 manifold: Manifold::Auto,

@@ -3,7 +3,7 @@
 
 use super::record::Recording;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
-use crate::trace::{RayKind, Traverse, Way};
+use crate::trace::{RayKind, TraversalMode, Traverse};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::time::Instant;
@@ -76,7 +76,7 @@ impl Batches {
     }
 
     /// Traces all batches on the current pool: seconds, and the number of hits.
-    fn trace(self, tracer: &dyn Traverse, way: Way) -> (f64, usize) {
+    fn trace(self, tracer: &dyn Traverse, way: TraversalMode) -> (f64, usize) {
         match self {
             Batches::Closest(mut batches) => {
                 let start = Instant::now();
@@ -116,13 +116,13 @@ pub fn measure(
             if recording.is_empty() {
                 continue;
             }
-            for &way in subject.tracer.ways() {
+            for &way in subject.tracer.modes() {
                 cases.push((subject, kind, way, Vec::new()));
                 rows.push(Row {
                     backend: subject.name,
                     kind: kind.name(),
                     way: way.name(),
-                    chosen: way == subject.tracer.way(kind),
+                    chosen: way == subject.tracer.mode(kind),
                     rays: recording.len(),
                     hits: 0,
                     mrays_per_second: 0.0,

@@ -5,10 +5,10 @@ use crate::filter::Filter;
 use crate::gradient::Weights;
 use crate::path::{Manifold, PathSettings};
 use crate::render::{Job, Limits, Method, TILE_SIZE};
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use crate::trace::rays::{AnyBatch, ClosestBatch, Ray};
-use crate::trace::{RayKind, Traverse, Way};
+use crate::trace::{RayKind, TraversalMode, Traverse};
 use std::sync::Mutex;
 
 /// The rays of one kind, in the batches in which the renderer traced them.
@@ -50,23 +50,23 @@ impl Recorder<'_> {
 }
 
 impl Traverse for Recorder<'_> {
-    fn way(&self, kind: RayKind) -> Way {
-        self.inner.way(kind)
+    fn mode(&self, kind: RayKind) -> TraversalMode {
+        self.inner.mode(kind)
     }
 
-    fn ways(&self) -> &'static [Way] {
-        self.inner.ways()
+    fn modes(&self) -> &'static [TraversalMode] {
+        self.inner.modes()
     }
 
     fn memory(&self) -> usize {
         self.inner.memory()
     }
 
-    fn closest_by(&self, batch: &mut ClosestBatch, way: Way) {
+    fn closest_by(&self, batch: &mut ClosestBatch, way: TraversalMode) {
         self.inner.closest_by(batch, way);
     }
 
-    fn any_by(&self, batch: &mut AnyBatch, way: Way) {
+    fn any_by(&self, batch: &mut AnyBatch, way: TraversalMode) {
         self.inner.any_by(batch, way);
     }
 
@@ -102,7 +102,7 @@ pub fn record(
         settings: PathSettings {
             depth,
             seed: 0,
-            points: Points::Sobol,
+            sampler: SamplerKind::Sobol,
             weights: Weights::Mis,
             filter: Filter::Box,
             manifold: Manifold::Auto,

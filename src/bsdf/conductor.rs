@@ -10,7 +10,7 @@ pub(super) fn eval_mirror<F: Float>(f0: Vector<F>, wo: Vector<F>) -> Evals<F> {
     Evals {
         value: schlick(f0, wo.z.magnitude()),
         pdf: F::ONE,
-        holds: F::Mask::every(),
+        valid: F::Mask::every(),
     }
 }
 
@@ -32,7 +32,7 @@ pub(super) fn eval<F: Float>(f0: Vector<F>, alpha: F, wo: Vector<F>, wi: Vector<
     Evals {
         value: schlick(f0, up_o.dot(h)) * (d * ggx::masking_shadowing(up_o, up_i, alpha)),
         pdf: d * ggx::masking(up_o, alpha),
-        holds: positive(wo.z * wi.z),
+        valid: positive(wo.z * wi.z),
     }
 }
 

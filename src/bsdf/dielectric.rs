@@ -35,7 +35,7 @@ impl<F: Float> Glass<F> {
         Evals {
             value: Vector::select(transmits, through, Vector::grey(f)),
             pdf,
-            holds: positive(pdf),
+            valid: positive(pdf),
         }
     }
 
@@ -47,7 +47,7 @@ impl<F: Float> Glass<F> {
         let (refracted, bends) = refract(wo, normal, eta);
         let mirrored = Vector::new(-wo.x, -wo.y, wo.z);
         let mut eval = self.eval_smooth(wo, transmits);
-        eval.holds = eval.holds & (bends | !transmits);
+        eval.valid = eval.valid & (bends | !transmits);
         Samples {
             wi: Vector::select(transmits, refracted, mirrored),
             eval,
@@ -75,7 +75,7 @@ impl<F: Float> Glass<F> {
         Evals {
             value: Vector::select(reflects, Vector::grey(r * g), self.tint * (t * g)),
             pdf: F::select(reflects, r * g1, t * eta * eta * g1),
-            holds: carries & there & (reflects | positive(t)),
+            valid: carries & there & (reflects | positive(t)),
         }
     }
 
@@ -88,7 +88,7 @@ impl<F: Float> Glass<F> {
         let (refracted, bends) = refract(wo, h, eta);
         let wi = Vector::select(transmits, refracted, reflect(wo, h));
         let mut eval = self.eval(alpha, wo, wi);
-        eval.holds = eval.holds & (bends | !transmits) & half_vector::on_side(transmits, wo, wi);
+        eval.valid = eval.valid & (bends | !transmits) & half_vector::on_side(transmits, wo, wi);
         Samples {
             wi,
             eval,

@@ -11,7 +11,7 @@ pub struct Evals<F: Float> {
     /// Densities per solid angle.
     pub pdf: F,
     /// Where there is anything; the other lanes mean nothing.
-    pub holds: F::Mask,
+    pub valid: F::Mask,
 }
 
 /// [`Sampled`] in lanes.
@@ -34,7 +34,7 @@ impl<F: Float> Evals<F> {
         Self {
             value: Vector::ZERO,
             pdf: F::ZERO,
-            holds: F::Mask::none(),
+            valid: F::Mask::none(),
         }
     }
 
@@ -44,7 +44,7 @@ impl<F: Float> Evals<F> {
         Self {
             value: Vector::select(mask, a.value, b.value),
             pdf: F::select(mask, a.pdf, b.pdf),
-            holds: (mask & a.holds) | (!mask & b.holds),
+            valid: (mask & a.valid) | (!mask & b.valid),
         }
     }
 }
@@ -78,7 +78,7 @@ impl<F: Float> Samples<F> {
     #[inline(always)]
     pub(super) fn leaves(mut self, wo: Vector<F>) -> Self {
         let flat = wo.z.equals(F::ZERO) | self.wi.z.equals(F::ZERO);
-        self.eval.holds = self.eval.holds & positive(self.eval.pdf) & !flat;
+        self.eval.valid = self.eval.valid & positive(self.eval.pdf) & !flat;
         self
     }
 }
@@ -87,7 +87,7 @@ impl Evals<f32> {
     /// The one of a single lane.
     #[inline(always)]
     pub fn held(self) -> Option<Eval> {
-        self.holds.then(|| Eval {
+        self.valid.then(|| Eval {
             value: self.value.into(),
             pdf: self.pdf,
         })

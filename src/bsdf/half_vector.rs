@@ -21,11 +21,11 @@ pub fn from_directions<F: Float>(ior: F, wo: Vector<F>, wi: Vector<F>) -> (Vecto
     let per_length = h.length_recip();
     let h = h * per_length;
     let h = Vector::select(negative(h.z * wo.z), -h, h);
-    let holds = per_length.finite()
+    let valid = per_length.finite()
         & positive(per_length)
         & positive(wo.dot(h))
         & positive(wi.dot(h) * wi.z * h.z);
-    (h, holds)
+    (h, valid)
 }
 
 /// The directions to which facets with normals `h` on `wo`'s side carry `wo`, to the other side where
@@ -39,15 +39,15 @@ pub fn to_direction<F: Float>(
     h: Vector<F>,
 ) -> (Vector<F>, F::Mask) {
     let mut wi = reflect(wo, h);
-    let mut holds = positive(wo.dot(h));
+    let mut valid = positive(wo.dot(h));
     if transmits.any() {
         let is_pane = ior.equals(F::ONE);
         let (refracted, bends) = refract(wo, h, relative_index(ior, wo));
         let passing = Vector::select(is_pane, mirrored(wi), refracted);
         wi = Vector::select(transmits, passing, wi);
-        holds = holds & (bends | is_pane | !transmits);
+        valid = valid & (bends | is_pane | !transmits);
     }
-    (wi, holds & on_side(transmits, wo, wi))
+    (wi, valid & on_side(transmits, wo, wi))
 }
 
 /// Where `wi` is on the side that it must be on.

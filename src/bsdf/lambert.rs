@@ -13,7 +13,7 @@ pub fn eval<F: Float>(albedo: Vector<F>, cos_o: F, cos_i: F) -> Evals<F> {
         value: albedo * pdf,
         pdf,
         // A black surface samples nothing, so no path through it has a density.
-        holds: positive(cos_o * cos_i) & albedo.is_not_zero(),
+        valid: positive(cos_o * cos_i) & albedo.is_not_zero(),
     }
 }
 
@@ -23,7 +23,7 @@ pub fn sample<F: Float>(albedo: Vector<F>, cos_o: F, u: [F; 2]) -> Samples<F> {
     let mut wi = warp::cosine_hemisphere(u);
     wi.z = wi.z.signed_as(cos_o);
     let mut eval = eval(albedo, cos_o, wi.z);
-    eval.holds = eval.holds & positive(eval.pdf);
+    eval.valid = eval.valid & positive(eval.pdf);
     Samples {
         wi,
         eval,

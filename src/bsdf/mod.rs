@@ -86,7 +86,7 @@ pub enum Bsdf {
 
 /// The values of a material that textures may give, point by point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Texel {
+pub struct Parameters {
     /// What [`Bsdf::colour`] is.
     pub colour: Vec3,
     /// GGX roughness where there is one.
@@ -223,14 +223,14 @@ impl Bsdf {
     }
 
     /// What textures would have to say to leave it as it is.
-    pub fn texel(&self) -> Texel {
+    pub fn parameters(&self) -> Parameters {
         let alpha = match *self {
             Bsdf::Conductor { alpha, .. } | Bsdf::RoughGlass { alpha, .. } => alpha,
             Bsdf::RoughThin { alpha, .. } => alpha,
             Bsdf::Plastic { coat, .. } => coat.alpha,
             _ => 0.0,
         };
-        Texel {
+        Parameters {
             colour: self.colour(),
             alpha,
             specular: 1.0,
@@ -243,13 +243,13 @@ impl Bsdf {
 
     /// The same with the values of a texel.
     #[inline]
-    pub fn with(&self, texel: &Texel) -> Self {
-        let Texel {
+    pub fn with(&self, parameters: &Parameters) -> Self {
+        let Parameters {
             colour,
             alpha,
             specular,
             metallic,
-        } = *texel;
+        } = *parameters;
         match *self {
             Bsdf::Lambert { .. } => Bsdf::Lambert { albedo: colour },
             Bsdf::Mirror { .. } => Bsdf::Mirror { f0: colour },

@@ -89,9 +89,9 @@ impl Kinds {
     }
 }
 
-/// [`Texel`](super::Texel) in lanes.
+/// [`Parameters`](super::Parameters) in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Texels<F> {
+pub struct PackedParameters<F> {
     /// What [`Bsdf::colour`] is.
     pub colour: Vector<F>,
     /// GGX roughness where there is one.
@@ -110,7 +110,7 @@ pub struct Packed<F, B> {
     /// Gives the BSDF of each lane, textures aside.
     pub bsdf: B,
     /// The values that textures may give.
-    pub texels: Texels<F>,
+    pub parameters: PackedParameters<F>,
 }
 
 impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
@@ -118,7 +118,7 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
     fn glass(&self) -> Glass<F> {
         Glass {
             ior: self.ior(),
-            tint: self.texels.colour,
+            tint: self.parameters.colour,
         }
     }
 
@@ -126,7 +126,7 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
     fn pane(&self) -> Pane<F> {
         Pane {
             ior: F::from_lanes(|lane| (self.bsdf)(lane).pane_index()),
-            tint: self.texels.colour,
+            tint: self.parameters.colour,
         }
     }
 
@@ -140,8 +140,8 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
     fn plastic(&self) -> Plastic<F> {
         let coats = std::array::from_fn(|lane| (self.bsdf)(lane).coat());
         Plastic {
-            albedo: self.texels.colour,
-            coat: Coats::of(&coats).with(&coats, &self.texels),
+            albedo: self.parameters.colour,
+            coat: Coats::of(&coats).with(&coats, &self.parameters),
         }
     }
 
@@ -151,10 +151,12 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
         let mut evals = Evals::none();
         for (kind, lanes) in self.kinds.there() {
             let of_kind = match kind {
-                Kind::Lambert => lambert::eval(self.texels.colour, wo.z, wi.z),
-                Kind::Conductor => conductor::eval(self.texels.colour, self.texels.alpha, wo, wi),
-                Kind::RoughGlass => self.glass().eval(self.texels.alpha, wo, wi),
-                Kind::RoughThin => self.pane().eval(self.texels.alpha, wo, wi),
+                Kind::Lambert => lambert::eval(self.parameters.colour, wo.z, wi.z),
+                Kind::Conductor => {
+                    conductor::eval(self.parameters.colour, self.parameters.alpha, wo, wi)
+                }
+                Kind::RoughGlass => self.glass().eval(self.parameters.alpha, wo, wi),
+                Kind::RoughThin => self.pane().eval(self.parameters.alpha, wo, wi),
                 Kind::Plastic => self.plastic().eval(wo, wi),
                 Kind::Mirror | Kind::Glass | Kind::Thin => continue,
             };
@@ -173,7 +175,7 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
                 Kind::Glass => self.glass().eval_smooth(wo, transmits),
                 Kind::Mirror => {
                     lanes = lanes & !transmits;
-                    conductor::eval_mirror(self.texels.colour, wo)
+                    conductor::eval_mirror(self.parameters.colour, wo)
                 }
                 Kind::Thin => self.pane().eval_smooth(wo, transmits),
                 Kind::Plastic => self.plastic().eval_single(wo, transmits),
@@ -192,18 +194,19 @@ impl<'a, F: Float, B: Fn(usize) -> &'a Bsdf> Packed<F, B> {
         let mut samples = Samples::none();
         for (kind, lanes) in self.kinds.there() {
             let of_kind = match kind {
-                Kind::Lambert => lambert::sample(self.texels.colour, wo.z, direction),
-                Kind::Mirror => conductor::sample_mirror(self.texels.colour, wo),
+                Kind::Lambert => lambert::sample(self.parameters.colour, wo.z, direction),
+                Kind::Mirror => conductor::sample_mirror(self.parameters.colour, wo),
                 Kind::Conductor => {
-                    conductor::sample(self.texels.colour, self.texels.alpha, wo, direction)
+                    conductor::sample(self.parameters.colour, self.parameters.alpha, wo, direction)
                 }
                 Kind::Glass => self.glass().sample_smooth(wo, u_lobe),
-                Kind::RoughGlass => self
-                    .glass()
-                    .sample(self.texels.alpha, wo, direction, u_lobe),
+                Kind::RoughGlass => {
+                    self.glass()
+                        .sample(self.parameters.alpha, wo, direction, u_lobe)
+                }
                 Kind::Thin => self.pane().sample_smooth(wo, u_lobe),
                 Kind::RoughThin => {
-                    let alpha = self.texels.alpha;
+                    let alpha = self.parameters.alpha;
                     self.pane().sample(alpha, wo, direction, u_lobe)
                 }
                 Kind::Plastic => self.plastic().sample(wo, direction, u_lobe),
@@ -294,17 +297,17 @@ mod tests {
         Packed {
             kinds,
             bsdf: move |lane| &bsdfs[lane],
-            texels: Texels {
-                colour: Vector::from_lanes(|lane| bsdfs[lane].texel().colour),
-                alpha: f32x8::from_lanes(|lane| bsdfs[lane].texel().alpha),
-                specular: f32x8::from_lanes(|lane| bsdfs[lane].texel().specular),
-                metallic: f32x8::from_lanes(|lane| bsdfs[lane].texel().metallic),
+            parameters: PackedParameters {
+                colour: Vector::from_lanes(|lane| bsdfs[lane].parameters().colour),
+                alpha: f32x8::from_lanes(|lane| bsdfs[lane].parameters().alpha),
+                specular: f32x8::from_lanes(|lane| bsdfs[lane].parameters().specular),
+                metallic: f32x8::from_lanes(|lane| bsdfs[lane].parameters().metallic),
             },
         }
     }
 
     fn held(evals: &Evals<f32x8>, lane: usize) -> Option<Eval> {
-        (evals.holds.bits() >> lane & 1 == 1).then(|| Eval {
+        (evals.valid.bits() >> lane & 1 == 1).then(|| Eval {
             value: evals.value.lane(lane),
             pdf: evals.pdf.lane(lane),
         })

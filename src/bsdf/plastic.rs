@@ -9,7 +9,7 @@
 //! Lambert part has the rest.
 
 use super::fresnel::{fifth_power, reflect, schlick};
-use super::packed::Texels;
+use super::packed::PackedParameters;
 use super::{Evals, Samples, ggx};
 use crate::lanes::{Float, LANES, Mask, Vector, positive};
 use crate::warp;
@@ -107,13 +107,13 @@ impl<F: Float> Coats<F> {
 
     /// These `coats` with what textures give.
     #[inline(always)]
-    pub(super) fn with(self, coats: &[&Coat; LANES], texels: &Texels<F>) -> Self {
+    pub(super) fn with(self, coats: &[&Coat; LANES], parameters: &PackedParameters<F>) -> Self {
         let is_albedo = F::from_lanes(|lane| f32::from(u8::from(coats[lane].metal_is_albedo)));
         Self {
-            tint: self.tint * texels.specular,
-            metal: Vector::select(positive(is_albedo), texels.colour, self.metal),
-            alpha: texels.alpha,
-            metallic: texels.metallic,
+            tint: self.tint * parameters.specular,
+            metal: Vector::select(positive(is_albedo), parameters.colour, self.metal),
+            alpha: parameters.alpha,
+            metallic: parameters.metallic,
             ..self
         }
     }
@@ -239,7 +239,7 @@ impl<F: Float> Plastic<F> {
         Evals {
             value,
             pdf,
-            holds: one_side & positive(pdf),
+            valid: one_side & positive(pdf),
         }
     }
 
@@ -268,7 +268,7 @@ impl<F: Float> Plastic<F> {
         Evals {
             value: Vector::select(transmits, passing, coat.reflectance(cos)),
             pdf,
-            holds: (transmits | coat.is_smooth()) & positive(pdf),
+            valid: (transmits | coat.is_smooth()) & positive(pdf),
         }
     }
 

@@ -86,7 +86,7 @@ impl<F: Float> Pane<F> {
         Evals {
             value,
             pdf,
-            holds: value.is_not_zero() & positive(pdf),
+            valid: value.is_not_zero() & positive(pdf),
         }
     }
 
@@ -114,7 +114,7 @@ impl<F: Float> Pane<F> {
         Evals {
             value: share * (d * ggx::masking_shadowing(wo, wi, alpha)),
             pdf,
-            holds: there & positive(pdf),
+            valid: there & positive(pdf),
         }
     }
 
@@ -129,7 +129,7 @@ impl<F: Float> Pane<F> {
         let turns = (transmits & front) | !(transmits | front);
         let wi = Vector::select(turns, mirrored(wi), wi);
         let mut eval = self.eval(alpha, wo, wi);
-        eval.holds = eval.holds & above;
+        eval.valid = eval.valid & above;
         Samples {
             wi,
             eval,

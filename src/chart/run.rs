@@ -10,7 +10,7 @@ use crate::path::{Counts, Manifold, PathSettings};
 use crate::picture::{self, Picture};
 use crate::reconstruct::{self, Alpha, PAPER_ALPHA};
 use crate::render::{Ending, Job, Limits, Method, Outcome, TILE_SIZE};
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use crate::trace::Traverse;
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub struct Run<'a> {
     /// Seed of all random numbers.
     pub seed: u64,
     /// How the samples of a pixel are spread.
-    pub points: Points,
+    pub sampler: SamplerKind,
     /// Seconds for tracing and for making a picture.
     pub seconds: f64,
 }
@@ -53,7 +53,7 @@ impl Run<'_> {
         PathSettings {
             depth: self.depth,
             seed: self.seed,
-            points: self.points,
+            sampler: self.sampler,
             weights: self.tracing.weights,
             filter: Filter::Box,
             manifold: Manifold::Auto,

@@ -5,11 +5,12 @@ use super::values::{SizeFlag, alpha, duration, size};
 use crate::gradient::Weights;
 use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::trace::Backend;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 /// `gdpt chart`
@@ -56,7 +57,7 @@ pub struct ChartArgs {
 
     /// How the samples of a pixel are spread
     #[arg(long, default_value = "sobol")]
-    pub sampler: Points,
+    pub sampler: SamplerKind,
 
     /// Method of the references: gpt (with l2, which has no bias) or pt
     #[arg(long, default_value = "gpt")]
@@ -108,22 +109,16 @@ pub struct ChartMethod {
     pub kind: Kind,
 }
 
-const fn chart_method(tracing: Method, kind: Kind) -> ChartMethod {
-    ChartMethod { tracing, kind }
-}
-
 impl ValueEnum for ChartMethod {
     fn value_variants<'a>() -> &'a [Self] {
-        const ALL: [ChartMethod; 8] = [
-            chart_method(Method::Pt, Kind::None),
-            chart_method(Method::Pt, Kind::Oidn),
-            chart_method(Method::Gpt, Kind::L2),
-            chart_method(Method::Gpt, Kind::L1),
-            chart_method(Method::Gpt, Kind::Weighted),
-            chart_method(Method::Gpt, Kind::Guided),
-            chart_method(Method::Gpt, Kind::Mix),
-            chart_method(Method::Gpt, Kind::Oidn),
-        ];
+        static ALL: LazyLock<Vec<ChartMethod>> = LazyLock::new(|| {
+            let pt = [Kind::None, Kind::Oidn].map(|kind| (Method::Pt, kind));
+            // The primal of gradients is path tracing, at more cost.
+            let kinds = Kind::value_variants().iter().filter(|k| **k != Kind::None);
+            let gpt = kinds.map(|&kind| (Method::Gpt, kind));
+            let of = |(tracing, kind)| ChartMethod { tracing, kind };
+            pt.into_iter().chain(gpt).map(of).collect()
+        });
         &ALL
     }
 

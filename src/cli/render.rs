@@ -15,7 +15,7 @@ use crate::part::Part;
 use crate::path::Manifold;
 use crate::reconstruct::{Alpha, Kind};
 use crate::render::Method;
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::scene::material::ROUGHNESS_THRESHOLD;
 use crate::tone::Tone;
 use crate::trace::Backend;
@@ -274,7 +274,7 @@ pub struct RenderArgs {
 
     /// How the samples of a pixel are spread
     #[arg(help_heading = METHOD, long, default_value = "sobol")]
-    pub sampler: Points,
+    pub sampler: SamplerKind,
 
     /// Ray traversal
     #[arg(help_heading = METHOD, long, default_value = Backend::DEFAULT.name())]

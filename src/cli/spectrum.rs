@@ -3,7 +3,7 @@
 use super::ReadingArgs;
 use super::values::{SizeFlag, positive, size};
 use crate::gradient::Weights;
-use crate::sampler::Points;
+use crate::sampler::SamplerKind;
 use crate::trace::Backend;
 use clap::Args;
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ pub struct SpectrumArgs {
 
     /// How the samples of a pixel are spread
     #[arg(long, default_value = "independent")]
-    pub sampler: Points,
+    pub sampler: SamplerKind,
 
     /// Weights of the two directions of a shift
     #[arg(long, default_value = "mis")]

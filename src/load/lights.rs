@@ -102,9 +102,9 @@ impl LightTable {
                 Colour::Grey(grey) => [grey; 3],
                 Colour::Rgb(rgb) => rgb,
             };
-            let holds = colour.iter().all(|c| c.is_finite() && *c >= 0.0);
+            let valid = colour.iter().all(|c| c.is_finite() && *c >= 0.0);
             let fault = || format!("{key} must be finite and not negative");
-            holds.then_some(colour).ok_or_else(fault)
+            valid.then_some(colour).ok_or_else(fault)
         };
         if !is_near {
             let direction = self.direction.ok_or_else(|| lacks("direction"))?;

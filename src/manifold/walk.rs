@@ -6,7 +6,7 @@ use crate::bsdf::Lobe;
 use crate::scene::Scene;
 use crate::scene::reflectors::Target;
 use crate::trace::rays::Hit;
-use crate::vertex::End;
+use crate::vertex::Interaction;
 use glam::{Vec2, Vec3};
 
 /// Most vertices of a chain.
@@ -83,8 +83,8 @@ impl Walk {
         if scene.reflectors.of(hit.triangle) != Some(due) {
             return Outcome::Failed(Failure::Opaque);
         }
-        match End::new(scene, Some(hit), self.shot.direction) {
-            End::Surface(vertex) => {
+        match Interaction::new(scene, Some(hit), self.shot.direction) {
+            Interaction::Surface(vertex) => {
                 match self
                     .shot
                     .scatter(scene, &hit, &vertex, Lobe::Reflection, self.start.k)
@@ -106,7 +106,8 @@ impl Walk {
             return Outcome::Failed(Failure::Opaque);
         }
         if let (Some(hit), Some(_)) = (before, reflector)
-            && let End::Surface(vertex) = End::new(scene, Some(hit), self.shot.direction)
+            && let Interaction::Surface(vertex) =
+                Interaction::new(scene, Some(hit), self.shot.direction)
             && vertex.bsdf(scene).has(Lobe::Transmission)
         {
             if self.shot.vertices == MOST_VERTICES {

@@ -6,7 +6,7 @@ use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
 use crate::scene::Scene;
 use crate::scene::material::Material;
 use crate::trace::rays::HitsX8;
-use crate::vertex::{End, VerticesX8};
+use crate::vertex::{Interaction, VerticesX8};
 use wide::f32x8;
 
 /// How rays left x_k.
@@ -58,9 +58,9 @@ impl<'a> Arrival<'a> {
             ends |= rays & !hits.found;
         }
         for lane in lanes_of(ends) {
-            let end = End::in_lane(scene, hits, lane);
+            let end = Interaction::in_lane(scene, hits, lane);
             // Light sampling leaves the backs of lights out, and so does everything else.
-            if matches!(&end, End::Light(light) if !light.front) {
+            if matches!(&end, Interaction::Light(light) if !light.front) {
                 continue;
             }
             let (from, wi) = (left.from.lane(lane), hits.direction.lane(lane));

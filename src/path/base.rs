@@ -90,20 +90,20 @@ impl<const N: usize> Block<N> {
         to: [Vec3x8::ZERO; N],
     };
 
-    /// Adds complete paths and their shifts, in the lanes `holds`.
+    /// Adds complete paths and their shifts, in the lanes `valid`.
     #[inline(always)]
     pub(super) fn gather(
         &mut self,
         weights: Weights,
         base: &Base<f32x8>,
         shifts: &[Offset<f32x8>; N],
-        holds: u32,
+        valid: u32,
     ) {
-        let holds = mask_of(holds);
+        let valid = mask_of(valid);
         let zero = Vec3x8::ZERO;
-        self.primal = self.primal + Vec3x8::select(holds, base.primal(), zero);
+        self.primal = self.primal + Vec3x8::select(valid, base.primal(), zero);
         for (to, shift) in self.to.iter_mut().zip(shifts) {
-            *to = *to + Vec3x8::select(holds, base.difference(shift, weights), zero);
+            *to = *to + Vec3x8::select(valid, base.difference(shift, weights), zero);
         }
     }
 

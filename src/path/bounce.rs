@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::shift::{self, CarriedX8, Death, JointsX8, ShiftedX8};
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
-use crate::vertex::{End, ROULETTE_FROM, RaysX8, ScatteringX8, VerticesX8};
+use crate::vertex::{Interaction, ROULETTE_FROM, RaysX8, ScatteringX8, VerticesX8};
 use wide::f32x8;
 
 /// The numbers for scattering at x_k; in diffuse scenes without that for the lobe, and where there is no roulette
@@ -119,7 +119,7 @@ impl<const N: usize> BasePaths<N> {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
             flight.scattering = x.scatter::<DIFFUSE>(context.scene, k, numbers);
-            flight.alive = flight.scattering.holds & block.alive;
+            flight.alive = flight.scattering.valid & block.alive;
             if !DIFFUSE {
                 flight.alive &= block.carries_light() | block.in_chain();
             }
@@ -308,14 +308,14 @@ impl<const N: usize> Flight<N> {
             let carried = offset.carried;
             let mut moved = carried;
             // The lanes in which the shift holds, and those in which the lobe is missing.
-            let (mut holds, mut no_lobe) = (0, 0);
+            let (mut valid, mut no_lobe) = (0, 0);
             offset.keep(goes_on);
             follower.by_light = carried.ratio * self.by_light;
 
             // One direction and one density for both.
             if !DIFFUSE && offset.connected() != 0 {
                 moved.throughput = self.scattering.carry(carried.throughput);
-                holds |= offset.connected();
+                valid |= offset.connected();
             }
 
             // The base path's direction, seen from elsewhere.
@@ -325,7 +325,7 @@ impl<const N: usize> Flight<N> {
                 moved = CarriedX8::select(mask_of(offset.joined()), shared, moved);
                 // From another side a single direction leads elsewhere.
                 no_lobe |= offset.joined() & delta;
-                holds |= offset.joined() & !delta & eval.holds.to_bitmask();
+                valid |= offset.joined() & !delta & eval.valid.to_bitmask();
             }
 
             // A direction of its own.
@@ -339,7 +339,7 @@ impl<const N: usize> Flight<N> {
                     let own = carried.scatter(eval, shifted.jacobian, pdf, y.survival(k));
                     moved = CarriedX8::select(mask_of(free), own, moved);
                     no_lobe |= free & shifted.no_lobe;
-                    holds |= free & eval.holds.to_bitmask();
+                    valid |= free & eval.valid.to_bitmask();
                     offset.wo = -shifted.wi;
                     follower.jacobian = shifted.jacobian;
                     if !DIFFUSE && scene.lights.depend_on_place() {
@@ -354,11 +354,11 @@ impl<const N: usize> Flight<N> {
                 });
             }
 
-            let finite = holds & moved.is_finite().to_bitmask();
+            let finite = valid & moved.is_finite().to_bitmask();
             let alive = offset.alive();
             counts.die(Death::Lobe, alive & no_lobe);
-            counts.die(Death::Side, alive & !no_lobe & !holds);
-            counts.die(Death::NotFinite, holds & !finite);
+            counts.die(Death::Side, alive & !no_lobe & !valid);
+            counts.die(Death::NotFinite, valid & !finite);
             offset.carried = moved;
             offset.keep(finite);
             follower.joins = offset.free() & !following.copies;
@@ -414,12 +414,12 @@ impl<const N: usize> Flight<N> {
         }
         for lane in lanes_of(copies & self.ends) {
             let at_environment = self.environment >> lane & 1 == 1;
-            let found = match End::in_lane(scene, &hits, lane) {
-                End::Environment(direction) if at_environment => {
+            let found = match Interaction::in_lane(scene, &hits, lane) {
+                Interaction::Environment(direction) if at_environment => {
                     Ok(scene.environment.radiance(direction))
                 }
-                End::Light(light) if !at_environment && light.front => Ok(light.radiance),
-                End::Light(_) if !at_environment => Err(Death::Side),
+                Interaction::Light(light) if !at_environment && light.front => Ok(light.radiance),
+                Interaction::Light(_) if !at_environment => Err(Death::Side),
                 _ => Err(Death::Missed),
             };
             match found {

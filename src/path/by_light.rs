@@ -2,14 +2,14 @@
 
 use crate::geometry::solid_angle_per_area;
 use crate::scene::Scene;
-use crate::vertex::End;
+use crate::vertex::Interaction;
 use glam::Vec3;
 
 /// What arrives from the end of a path, in the direction `wi`.
 #[inline]
-pub(super) fn radiance(scene: &Scene, end: &End, wi: Vec3) -> Vec3 {
+pub(super) fn radiance(scene: &Scene, end: &Interaction, wi: Vec3) -> Vec3 {
     match end {
-        End::Light(light) => light.radiance,
+        Interaction::Light(light) => light.radiance,
         _ => scene.environment.radiance(wi),
     }
 }
@@ -29,15 +29,13 @@ impl ByLight {
     /// For a path that left the rough vertex at `from` in the direction `wi`, with the density `pdf`, and
     /// ended at `end`.
     #[inline]
-    pub(super) fn of(scene: &Scene, from: Vec3, end: &End, wi: Vec3, pdf: f32) -> Self {
+    pub(super) fn of(scene: &Scene, from: Vec3, end: &Interaction, wi: Vec3, pdf: f32) -> Self {
         match (end, scene.environment.map()) {
-            (End::Light(light), _) => solid_angle_per_area(from, light.position, light.ng).map_or(
-                ByLight::Never,
-                |(_, g)| ByLight::Triangle {
+            (Interaction::Light(light), _) => solid_angle_per_area(from, light.position, light.ng)
+                .map_or(ByLight::Never, |(_, g)| ByLight::Triangle {
                     triangle: light.triangle,
                     scale: 1.0 / (g * pdf),
-                },
-            ),
+                }),
             (_, Some(map)) => ByLight::Sky(scene.lights.sky() * map.density(wi) / pdf),
             // A constant environment is not sampled as a light.
             (_, None) => ByLight::Never,

@@ -33,7 +33,7 @@ struct SeenX8 {
     /// One over the densities per solid angle; 0 for lights without extent, which no ray meets.
     per_density: f32x8,
     /// Where there is a light, and it is seen from its front.
-    holds: f32x8,
+    valid: f32x8,
 }
 
 impl SeenX8 {
@@ -46,7 +46,7 @@ impl SeenX8 {
             wi: seen.direction,
             factor,
             per_density: factor,
-            holds: light.holds & seen.holds & from_front,
+            valid: light.valid & seen.valid & from_front,
         };
         if DIFFUSE {
             return light_seen;
@@ -55,15 +55,15 @@ impl SeenX8 {
         if points != 0 {
             let lanes = mask_of(points);
             let factor = light.per_distance_squared(scene, from, points) / light.density;
-            let holds = light.holds & positive(factor) & factor.finite();
+            let valid = light.valid & positive(factor) & factor.finite();
             light_seen.factor = lanes.select(factor, light_seen.factor);
-            light_seen.holds = lanes.select(holds, light_seen.holds);
+            light_seen.valid = lanes.select(valid, light_seen.valid);
         }
         if light.far != 0 {
             let far = mask_of(light.far);
             light_seen.wi = Vec3x8::select(far, light.position, light_seen.wi);
             light_seen.factor = far.select(f32x8::ONE / light.density, light_seen.factor);
-            light_seen.holds = far.select(light.holds, light_seen.holds);
+            light_seen.valid = far.select(light.valid, light_seen.valid);
         }
         light_seen.per_density = light_seen.factor;
         if light.punctual != 0 {
@@ -99,7 +99,7 @@ pub(super) struct ConnectedX8 {
     survival: f32x8,
     /// A bit for each lane with a connection. The others are outside of the path space: they see the back of the
     /// light, or the light is on a side to which the surface does not scatter.
-    pub(super) holds: u32,
+    pub(super) valid: u32,
 }
 
 impl ConnectedX8 {
@@ -118,7 +118,7 @@ impl ConnectedX8 {
             arriving: light.radiance * seen.factor,
             eval,
             survival: from.survival(k),
-            holds: (seen.holds & eval.holds).to_bitmask(),
+            valid: (seen.valid & eval.valid).to_bitmask(),
         }
     }
 
@@ -152,7 +152,7 @@ struct ConnectionX8 {
     /// Densities of BSDF sampling, if nothing blocks the paths; it makes no blocked ones.
     by_bsdf: f32x8,
     /// A bit for each lane with a connection.
-    holds: u32,
+    valid: u32,
     /// The shadow rays.
     ray: [u32; LANES],
 }
@@ -172,7 +172,7 @@ impl<const N: usize> LightBlock<N> {
         for (shift, offset) in shifts.iter_mut().zip(&self.offsets) {
             *shift = offset.resolve(rays);
         }
-        (base, shifts, self.base.holds)
+        (base, shifts, self.base.valid)
     }
 }
 
@@ -181,16 +181,16 @@ impl ConnectionX8 {
         value: Vec3x8::ZERO,
         by_light: f32x8::ZERO,
         by_bsdf: f32x8::ZERO,
-        holds: 0,
+        valid: 0,
         ray: [0; LANES],
     };
 
     #[inline(always)]
     fn resolve(&self, rays: &AnyBatch) -> Offset<f32x8> {
-        let free = mask_of(self.holds & !rays.blocked(&self.ray, self.holds));
+        let free = mask_of(self.valid & !rays.blocked(&self.ray, self.valid));
         Offset {
             value: Vec3x8::select(free, self.value, Vec3x8::ZERO),
-            densities: mask_of(self.holds) & (self.by_light + (free & self.by_bsdf)),
+            densities: mask_of(self.valid) & (self.by_light + (free & self.by_bsdf)),
         }
     }
 
@@ -201,7 +201,7 @@ impl ConnectionX8 {
         self.value = Vec3x8::select(mask, other.value, self.value);
         self.by_light = mask.select(other.by_light, self.by_light);
         self.by_bsdf = mask.select(other.by_bsdf, self.by_bsdf);
-        self.holds |= other.holds & lanes;
+        self.valid |= other.valid & lanes;
     }
 }
 
@@ -228,7 +228,7 @@ impl<const N: usize> BasePaths<N> {
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
             let rough = x.rough & block.alive;
-            to.base.holds = 0;
+            to.base.valid = 0;
             if rough == 0 {
                 if through_glass {
                     self.unseen.push((LightSamplesX8::NONE, 0));
@@ -244,11 +244,11 @@ impl<const N: usize> BasePaths<N> {
                 value: to_light.value(block.throughput),
                 by_light: f32x8::ONE,
                 by_bsdf: to_light.by_bsdf(),
-                holds: to_light.holds & rough,
+                valid: to_light.valid & rough,
                 ray: [0; LANES],
             };
             let rays = block.connect::<DIFFUSE>((scene, k), (&own, at), &light, &to_light, to);
-            for lane in lanes_of(to.base.holds) {
+            for lane in lanes_of(to.base.valid) {
                 to.base.ray[lane] = self.shadow.push(&rays.base.lane(lane));
                 for (j, connection) in to.offsets.iter_mut().enumerate() {
                     connection.ray[lane] = if rays.own[j] >> lane & 1 == 1 {
@@ -261,14 +261,14 @@ impl<const N: usize> BasePaths<N> {
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         for ((_, unseen), light) in self.unseen.iter_mut().zip(&self.lights) {
-            let ConnectionX8 { holds, ray, .. } = &light.base;
-            *unseen &= !holds | self.shadow.blocked(ray, *holds);
+            let ConnectionX8 { valid, ray, .. } = &light.base;
+            *unseen &= !valid | self.shadow.blocked(ray, *valid);
         }
         let weights = context.settings.weights;
         for (&at, light) in self.live.iter().zip(&self.lights) {
-            if light.base.holds != 0 {
-                let (base, shifts, holds) = light.resolve(&self.shadow);
-                self.blocks[at as usize].gather(weights, &base, &shifts, holds);
+            if light.base.valid != 0 {
+                let (base, shifts, valid) = light.resolve(&self.shadow);
+                self.blocks[at as usize].gather(weights, &base, &shifts, valid);
             }
         }
     }
@@ -294,7 +294,7 @@ impl<const N: usize> Block<N> {
         to: &mut LightBlock<N>,
     ) -> ShadowRays<N> {
         let x = &self.vertices;
-        let there = to.base.holds;
+        let there = to.base.valid;
         let mut rays = ShadowRays {
             base: shadow_rays::<DIFFUSE>(x, light),
             offsets: [RaysX8::NONE; N],
@@ -303,13 +303,13 @@ impl<const N: usize> Block<N> {
         for (j, offset) in self.offsets.iter().enumerate() {
             let carried = offset.carried;
             let connection = &mut to.offsets[j];
-            connection.holds = 0;
+            connection.valid = 0;
             if !DIFFUSE && offset.connected() != 0 {
                 let shared = ConnectionX8 {
                     value: to_light.value(carried.throughput),
                     by_light: carried.ratio,
                     by_bsdf: carried.ratio * to.base.by_bsdf,
-                    holds: there,
+                    valid: there,
                     ray: [0; LANES],
                 };
                 connection.put(shared, offset.connected());
@@ -320,7 +320,7 @@ impl<const N: usize> Block<N> {
                     value: carried.throughput * eval.value * to_light.arriving,
                     by_light: carried.ratio,
                     by_bsdf: carried.ratio * eval.pdf * to_light.survival * to_light.per_density,
-                    holds: eval.holds.to_bitmask() & there,
+                    valid: eval.valid.to_bitmask() & there,
                     ray: [0; LANES],
                 };
                 connection.put(joined, offset.joined());
@@ -334,7 +334,7 @@ impl<const N: usize> Block<N> {
                     let value = carried.throughput * eval.value * light.radiance * seen.factor;
                     let by_bsdf = carried.ratio * eval.pdf * y.survival(k) * seen.per_density;
                     // What is not finite is dead.
-                    let holds = seen.holds & eval.holds & value.is_finite() & by_bsdf.is_finite();
+                    let valid = seen.valid & eval.valid & value.is_finite() & by_bsdf.is_finite();
                     let lanes = offset.free() & there;
                     let mut by_light = carried.ratio;
                     if !DIFFUSE && scene.lights.depend_on_place() {
@@ -344,11 +344,11 @@ impl<const N: usize> Block<N> {
                         value,
                         by_light,
                         by_bsdf,
-                        holds: holds.to_bitmask() & lanes,
+                        valid: valid.to_bitmask() & lanes,
                         ray: [0; LANES],
                     };
                     connection.put(free, lanes);
-                    rays.own[j] = free.holds;
+                    rays.own[j] = free.valid;
                     rays.offsets[j] = shadow_rays::<DIFFUSE>(y, light);
                 });
             }

@@ -10,7 +10,7 @@ use crate::scene::light::Source;
 use crate::scene::light_sample::{LightEnd, LightSamplesX8};
 use crate::scene::reflectors::{Choice, Target, Targets};
 use crate::trace::rays::HitsX8;
-use crate::vertex::{End, VerticesX8};
+use crate::vertex::{Interaction, VerticesX8};
 use wide::f32x8;
 
 /// The numbers for light sampling through mirrors at x_k.
@@ -44,7 +44,7 @@ pub(super) fn by_mirrors(
     lanes: u32,
     u: f32x8,
 ) -> ([Option<Way>; LANES], f32x8) {
-    let lanes = lanes & light.holds.to_bitmask();
+    let lanes = lanes & light.valid.to_bitmask();
     let targets = Targets {
         place: light.position,
         distant: mask_of(light.far),
@@ -78,8 +78,8 @@ pub(super) fn probability(context: Context, from: Vec3x8, ways: &[Option<Way>; L
 
 /// The light that the ray in a lane has met, if light sampling could have chosen it.
 pub(super) fn light_end(scene: &Scene, hits: &HitsX8, lane: usize) -> Option<LightEnd> {
-    match End::in_lane(scene, hits, lane) {
-        End::Light(light) => Some(LightEnd {
+    match Interaction::in_lane(scene, hits, lane) {
+        Interaction::Light(light) => Some(LightEnd {
             target: Target::Surface {
                 position: light.position,
                 ng: light.ng,
@@ -88,12 +88,12 @@ pub(super) fn light_end(scene: &Scene, hits: &HitsX8, lane: usize) -> Option<Lig
             radiance: light.radiance,
             source: scene.lights.of_triangle(light.triangle)?,
         }),
-        End::Environment(direction) => scene.environment.map().map(|_| LightEnd {
+        Interaction::Environment(direction) => scene.environment.map().map(|_| LightEnd {
             target: Target::Direction(direction),
             radiance: scene.environment.radiance(direction),
             source: Source::Sky,
         }),
-        End::Surface(_) => None,
+        Interaction::Surface(_) => None,
     }
 }
 
@@ -108,7 +108,7 @@ pub(super) struct LinksX8 {
     /// The densities p_L P(σ).
     pub(super) by_walk: f32x8,
     /// The lanes with a chain that is no longer than paths may be.
-    pub(super) holds: u32,
+    pub(super) valid: u32,
     /// Of these the lanes whose last segment is free.
     pub(super) free: u32,
 }
@@ -129,7 +129,7 @@ impl LinksX8 {
             arriving: Vec3x8::ZERO,
             per_pdf: f32x8::ZERO,
             by_walk: f32x8::ZERO,
-            holds: 0,
+            valid: 0,
             free: 0,
         };
         for lane in lanes_of(lanes) {
@@ -150,7 +150,7 @@ impl LinksX8 {
             }
             let by_light = context.scene.light_density(end, from.position.lane(lane));
             links.by_walk.set_lane(lane, by_light);
-            links.holds |= 1 << lane;
+            links.valid |= 1 << lane;
             links.free |= u32::from(link.free) << lane;
         }
         links.by_walk *= probability;

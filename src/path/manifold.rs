@@ -186,10 +186,10 @@ impl<const N: usize> BasePaths<N> {
                 Err(failure) => format!("none: {}", failure.describe()),
             };
             let complete = self.places(request).complete(context, &self.walks, request);
-            let (base, shifts, holds, _) = complete;
+            let (base, shifts, valid, _) = complete;
             Walked {
                 text: format!("a walk to light {way}, {shots}: {came_of_it}"),
-                complete: (holds >> lane & 1 == 1).then_some((base, shifts)),
+                complete: (valid >> lane & 1 == 1).then_some((base, shifts)),
             }
         });
         walked.collect()
@@ -257,15 +257,15 @@ impl<const N: usize> BasePaths<N> {
         let weights = context.settings.weights;
         for request in requests.iter().filter(|r| r.lanes != 0) {
             let places = self.places(request);
-            let (base, shifts, holds, dead) = places.complete(context, &walks, request);
+            let (base, shifts, valid, dead) = places.complete(context, &walks, request);
             self.counts.deaths[Death::Walk as usize] += u64::from(dead);
-            if holds == 0 {
+            if valid == 0 {
                 continue;
             }
             let at = self.live[request.index as usize];
-            self.blocks[at as usize].gather(weights, &base, &shifts, holds);
+            self.blocks[at as usize].gather(weights, &base, &shifts, valid);
             if request.kept.is_some() {
-                self.flights[request.index as usize].walked |= holds;
+                self.flights[request.index as usize].walked |= valid;
             }
         }
         self.walks = walks;
@@ -350,15 +350,15 @@ impl<const N: usize> Places<'_, N> {
         let ways = (ways, request.probability.unwrap_or_else(chance));
         let links = LinksX8::new(context, walks, (x, k), &request.walks, ways, request.lanes);
         let eval = x.eval::<false>(scene, links.wi);
-        let mut holds = links.holds & eval.holds.to_bitmask();
-        let free = mask_of(links.free & holds);
+        let mut valid = links.valid & eval.valid.to_bitmask();
+        let free = mask_of(links.free & valid);
         let seen = |value: Vec3x8| Vec3x8::select(free, value, Vec3x8::ZERO);
         let by_bsdf = free & (eval.pdf * x.survival(k) * links.per_pdf);
         let densities = links.by_walk + by_bsdf;
-        holds &= positive(densities).to_bitmask();
+        valid &= positive(densities).to_bitmask();
         let base = Base {
             value: seen(self.throughput * eval.value * links.arriving),
-            densities: mask_of(holds).select(densities, f32x8::ONE),
+            densities: mask_of(valid).select(densities, f32x8::ONE),
         };
         let mut shifts = [Offset::DEAD; N];
         let mut dead = 0;
@@ -372,17 +372,17 @@ impl<const N: usize> Places<'_, N> {
             if offset.connected() != 0 {
                 let value = seen(carried.throughput * eval.value * links.arriving);
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
-                put(Offset { value, densities }, offset.connected() & holds);
+                put(Offset { value, densities }, offset.connected() & valid);
             }
             if offset.joined() != 0 {
                 let eval = x.eval_seen_from::<false>(scene, offset.wo, links.wi);
                 let by_bsdf = free & (eval.pdf * x.survival(k) * links.per_pdf);
                 let value = seen(carried.throughput * eval.value * links.arriving);
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
-                let lanes = offset.joined() & holds & eval.holds.to_bitmask();
+                let lanes = offset.joined() & valid & eval.valid.to_bitmask();
                 put(Offset { value, densities }, lanes);
             }
-            let lanes = offset.free() & holds;
+            let lanes = offset.free() & valid;
             if lanes != 0 {
                 let y = &self.own[j];
                 let walked = &request.offsets[j];
@@ -398,11 +398,11 @@ impl<const N: usize> Places<'_, N> {
                 let value = Vec3x8::select(free, value, Vec3x8::ZERO);
                 let densities = carried.ratio * (links.by_walk + by_bsdf);
                 let finite = (value.is_finite() & densities.is_finite()).to_bitmask();
-                let there = links.holds & eval.holds.to_bitmask() & finite;
+                let there = links.valid & eval.valid.to_bitmask() & finite;
                 put(Offset { value, densities }, there);
-                dead += (lanes & !links.holds).count_ones();
+                dead += (lanes & !links.valid).count_ones();
             }
         }
-        (base, shifts, holds, dead)
+        (base, shifts, valid, dead)
     }
 }

@@ -23,7 +23,7 @@ pub use counts::Counts;
 
 use crate::filter::{Filter, Position};
 use crate::gradient::Weights;
-use crate::sampler::{self, Dimension, Points, Sampler};
+use crate::sampler::{self, Dimension, Sampler, SamplerKind};
 use crate::scene::Scene;
 use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
@@ -41,7 +41,7 @@ pub struct PathSettings {
     /// Seed of all random numbers.
     pub seed: u64,
     /// How the samples of a pixel are spread.
-    pub points: Points,
+    pub sampler: SamplerKind,
     /// Weights of the differences.
     pub weights: Weights,
     /// Pixel filter.
@@ -65,7 +65,7 @@ pub enum Manifold {
 impl PathSettings {
     /// Where the camera rays of a sample go through each pixel.
     pub fn position(&self, sample: u64) -> Position {
-        let [u, v, ..] = Sampler::for_pass(self.points, self.seed, sample).draw(Dimension::Pixel);
+        let [u, v, ..] = Sampler::for_pass(self.sampler, self.seed, sample).draw(Dimension::Pixel);
         self.filter.position([u, v])
     }
 }

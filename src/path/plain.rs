@@ -275,9 +275,9 @@ impl PlainPaths {
             let value = to_light.value(block.throughput) / (f32x8::ONE + to_light.by_bsdf());
             let rays = shadow_rays::<DIFFUSE>(x, &light);
             if through_glass {
-                self.unseen.push((light, rough & !to_light.holds));
+                self.unseen.push((light, rough & !to_light.valid));
             }
-            for lane in lanes_of(to_light.holds & rough) {
+            for lane in lanes_of(to_light.valid & rough) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
                     light: value.lane(lane),
@@ -330,7 +330,7 @@ impl PlainPaths {
             let by_bsdf = eval.pdf * x.survival(k) * links.per_pdf;
             let value = request.throughput * eval.value * links.arriving;
             let value = value / (links.by_walk + by_bsdf);
-            for lane in lanes_of(links.free & eval.holds.to_bitmask()) {
+            for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
                 self.gathered[request.index[lane] as usize] += value.lane(lane);
             }
         }
@@ -414,7 +414,7 @@ impl PlainPaths {
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;
-            for lane in lanes_of(scattering.holds & carries_light & block.alive) {
+            for lane in lanes_of(scattering.valid & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
                 if at == self.flights.len() {

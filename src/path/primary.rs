@@ -12,7 +12,7 @@ use crate::shift::{Death, OffsetsX8};
 use crate::sums::{PixelSample, TileSums};
 use crate::trace::RayKind;
 use crate::trace::rays::{ClosestBatch, HitsX8, Ray};
-use crate::vertex::{End, VerticesX8};
+use crate::vertex::{Interaction, VerticesX8};
 use glam::Vec3;
 use wide::f32x8;
 
@@ -172,7 +172,11 @@ impl<const N: usize> BasePaths<N> {
     /// Camera rays through a lens: a point of the lens for each pixel, which its offset paths share.
     fn push_through_lens(&mut self, context: Context, lens: &Lens, tile: Tile, sample: u64) {
         let camera = &context.scene.camera;
-        let PathSettings { points, seed, .. } = *context.settings;
+        let PathSettings {
+            sampler: kind,
+            seed,
+            ..
+        } = *context.settings;
         let position = context.settings.position(sample);
         let Buffers {
             rays,
@@ -183,7 +187,7 @@ impl<const N: usize> BasePaths<N> {
         through_lens.clear();
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
-                let sampler = Sampler::for_pixel(points, seed, x, y, sample);
+                let sampler = Sampler::for_pixel(kind, seed, x, y, sample);
                 let [u, v, ..] = sampler.draw(Dimension::Pixel);
                 let mut pixel = (y - tile.y) * tile.width + (x - tile.x);
                 let steps = Neighbour::ALL.iter().map(|n| n.step()).take(N);
@@ -218,7 +222,11 @@ impl<const N: usize> BasePaths<N> {
         if alive == 0 {
             return;
         }
-        let PathSettings { points, seed, .. } = *context.settings;
+        let PathSettings {
+            sampler: kind,
+            seed,
+            ..
+        } = *context.settings;
         let mut block = Block::NONE;
         block.pixel = place as u32;
         block.vertices = vertices.clone();
@@ -226,7 +234,7 @@ impl<const N: usize> BasePaths<N> {
         for lane in lanes_of(alive) {
             let pixel = block.pixel + lane as u32;
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
-            block.samplers[lane] = Sampler::for_pixel(points, seed, x, y, sample);
+            block.samplers[lane] = Sampler::for_pixel(kind, seed, x, y, sample);
         }
         self.blocks.push(block);
     }
@@ -322,12 +330,16 @@ impl<const N: usize> Block<N> {
     /// For the eight pixels from (`x`, `y`) in the tile on, without paths.
     #[inline(always)]
     fn at(context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) -> Self {
-        let PathSettings { points, seed, .. } = *context.settings;
+        let PathSettings {
+            sampler: kind,
+            seed,
+            ..
+        } = *context.settings;
         let mut block = Self::NONE;
         block.pixel = y * tile.width + x;
         for (lane, sampler) in block.samplers.iter_mut().enumerate() {
             let x = tile.x + x + lane as u32;
-            *sampler = Sampler::for_pixel(points, seed, x, tile.y + y, sample);
+            *sampler = Sampler::for_pixel(kind, seed, x, tile.y + y, sample);
         }
         block
     }
@@ -361,17 +373,17 @@ fn first_hits(
             sums.first_hit(albedo, normal.lane(lane), distance.lane(lane));
             continue;
         }
-        match End::in_lane(context.scene, hits, lane) {
-            End::Environment(direction) => {
+        match Interaction::in_lane(context.scene, hits, lane) {
+            Interaction::Environment(direction) => {
                 sample.direct = context.scene.seen_directly(direction);
             }
-            End::Light(light) => {
+            Interaction::Light(light) => {
                 sample.coverage = 1.0;
                 sample.direct = light.radiance;
                 let albedo = light.radiance.min(Vec3::ONE);
                 sums.first_hit(albedo, light.ng, camera.origin.distance(light.position));
             }
-            End::Surface(_) => (),
+            Interaction::Surface(_) => (),
         }
     }
 }

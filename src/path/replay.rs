@@ -93,12 +93,12 @@ fn carried(c: &CarriedX8) -> String {
     format!("f(y)|T'|/p(x) {throughput}, p(y)|T'|/p(x) {ratio:.6e}")
 }
 
-fn holds(lanes: u32) -> bool {
+fn is_set(lanes: u32) -> bool {
     lanes >> LANE & 1 == 1
 }
 
 fn surface(scene: &Scene, vertices: &VerticesX8) -> String {
-    let class = if holds(vertices.rough) {
+    let class = if is_set(vertices.rough) {
         "rough"
     } else {
         "specular"
@@ -141,7 +141,7 @@ impl Log {
             Step::Light(k) => {
                 if let [light] = &base.lights[..] {
                     let (base, shifts, lanes) = light.resolve(&base.shadow);
-                    if holds(lanes) {
+                    if is_set(lanes) {
                         let what = format!("x{k}: a point on a light");
                         self.complete(&what, &base, &shifts, weights);
                     }
@@ -150,10 +150,10 @@ impl Log {
             Step::Walked(k) => self.walked(context, paths, k),
             Step::WalkedAgain(k) => {
                 if let ([flight], [block]) = (&base.flights[..], &base.blocks[..])
-                    && holds(flight.by_chain)
+                    && is_set(flight.by_chain)
                 {
                     self.walked(context, paths, k);
-                    if !holds(flight.walked) {
+                    if !is_set(flight.walked) {
                         let (base, _) = flight.complete::<false>(block);
                         let what = "no walk finds this path, and it has no shifts";
                         self.complete(what, &base, &[Offset::DEAD; N], weights);
@@ -222,12 +222,12 @@ impl Log {
     ) {
         for (j, offset) in block.offsets.iter().enumerate() {
             let c = carried(&offset.carried);
-            let text = if holds(offset.free()) {
+            let text = if is_set(offset.free()) {
                 let at = surface(scene, &base.own[0][j]);
                 format!("y{k} {at}; {c}")
-            } else if holds(offset.joined()) {
+            } else if is_set(offset.joined()) {
                 format!("joined at x{k}; {c}")
-            } else if holds(offset.connected()) {
+            } else if is_set(offset.connected()) {
                 format!("connected; {c}")
             } else {
                 "dead".to_owned()
@@ -244,12 +244,12 @@ impl Log {
         weights: Weights,
         k: u32,
     ) {
-        if !holds(flight.alive) {
+        if !is_set(flight.alive) {
             let text = format!("x{k}: the path ends (absorbed, or by roulette)");
             return self.say(0, text);
         }
         let s = &flight.scattering;
-        let lobe = if holds(s.transmits) {
+        let lobe = if is_set(s.transmits) {
             "transmission"
         } else {
             "reflection"
@@ -263,29 +263,29 @@ impl Log {
                 s.pdf.as_array()[LANE]
             ),
         );
-        let met = if holds(flight.surfaces) {
+        let met = if is_set(flight.surfaces) {
             format!("a surface {}", surface(scene, &block.vertices))
-        } else if holds(flight.ends) {
+        } else if is_set(flight.ends) {
             format!("light, radiance {}", vector(flight.radiance.lane(LANE)))
         } else {
             "nothing that leads to light".to_owned()
         };
         self.say(0, format!("x{}: {met}", k + 1));
         for (j, (offset, follower)) in block.offsets.iter().zip(&flight.followers).enumerate() {
-            let how = if holds(follower.blocked) {
+            let how = if is_set(follower.blocked) {
                 "is blocked"
-            } else if holds(follower.joins) {
+            } else if is_set(follower.joins) {
                 "reconnects"
-            } else if holds(follower.copies & follower.arrived) {
+            } else if is_set(follower.copies & follower.arrived) {
                 "copies the half vector"
-            } else if holds(follower.copies) {
+            } else if is_set(follower.copies) {
                 "copies the half vector, which leads to something else"
-            } else if holds(offset.alive()) {
+            } else if is_set(offset.alive()) {
                 "shares the direction"
             } else {
                 continue;
             };
-            let jacobian = if holds(offset.free()) {
+            let jacobian = if is_set(offset.free()) {
                 follower.jacobian.as_array()[LANE]
             } else {
                 1.0
@@ -293,7 +293,7 @@ impl Log {
             let c = carried(&offset.carried);
             self.say(1, format!("{}: {how}, |T'| {jacobian:.6e}; {c}", name(j)));
         }
-        if holds(flight.ends & !flight.by_chain) {
+        if is_set(flight.ends & !flight.by_chain) {
             let (base, shifts) = flight.complete::<false>(block);
             self.complete("the light is reached", &base, &shifts, weights);
         }

@@ -15,6 +15,7 @@ mod multigrid;
 mod weighted;
 
 use crate::denoise::{Denoiser, Features};
+use crate::error::Result;
 use crate::estimate::Planes;
 use crate::image::Image;
 use clap::ValueEnum;
@@ -70,6 +71,21 @@ impl Kind {
             Kind::Oidn => "oidn",
             Kind::None => "none",
         }
+    }
+
+    /// It with all that it needs: `alpha`, the paper's if absent, and a denoiser of so many threads; an error where that
+    /// is not there.
+    pub fn method(self, alpha: Option<Alpha>, threads: usize) -> Result<Method> {
+        let alpha = alpha.unwrap_or(Alpha::Fixed(PAPER_ALPHA));
+        Ok(match self {
+            Kind::Weighted => Method::Weighted,
+            Kind::L2 => Method::L2(alpha),
+            Kind::L1 => Method::L1(alpha),
+            Kind::Guided => Method::Guided(Denoiser::get(threads)?),
+            Kind::Mix => Method::Mix(Denoiser::get(threads)?),
+            Kind::Oidn => Method::Denoised(Denoiser::get(threads)?),
+            Kind::None => Method::Primal,
+        })
     }
 
     /// Whether α matters.

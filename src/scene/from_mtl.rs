@@ -61,7 +61,7 @@ impl Material {
             metallic: maps
                 .metallic
                 .filter(|_| matches!(bsdf, Bsdf::Plastic { .. })),
-            roughness: maps.roughness.filter(|_| bsdf.texel().alpha > 0.0),
+            roughness: maps.roughness.filter(|_| bsdf.parameters().alpha > 0.0),
             emission: maps.ke,
             relief: maps.relief,
             roughness_threshold,
@@ -69,7 +69,7 @@ impl Material {
         Self {
             name: m.name,
             bsdf,
-            texel: bsdf.texel(),
+            parameters: bsdf.parameters(),
             textures: textures.any().then(|| Box::new(textures)),
             class,
             emission,
@@ -380,7 +380,7 @@ fn glass(ior: f32, alpha: f32, tint: Vec3, textured: bool) -> Bsdf {
 
 /// Probability of roulette to let a path go on, by what is scattered with a typical value of the texture.
 fn survival(bsdf: &Bsdf, colour: Option<&Colour>) -> f32 {
-    let mut typical = bsdf.texel();
+    let mut typical = bsdf.parameters();
     if let Some(map) = colour {
         typical.colour = map.mean();
     }

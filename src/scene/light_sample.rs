@@ -24,7 +24,7 @@ pub struct LightSamplesX8 {
     /// Distances by which rays end before the surfaces.
     pub offset: f32x8,
     /// Where there is a sample.
-    pub holds: f32x8,
+    pub valid: f32x8,
     /// Numbers of the lights, among those of their kind.
     light: [u32; LANES],
     /// A bit for each lane whose light is far: the sky, or directional.
@@ -130,7 +130,7 @@ impl Scene {
             let (b, c) = warp::triangle([u[1], u[2]].map(|u| u.lane(lane)));
             match self.textured_radiance(chosen[lane], b, c) {
                 Some(radiance) => samples.radiance.set(lane, radiance),
-                None => samples.holds.set_lane(lane, 0.0),
+                None => samples.valid.set_lane(lane, 0.0),
             }
         }
         samples
@@ -173,7 +173,7 @@ impl LightSamplesX8 {
         radiance: Vec3x8::ZERO,
         density: f32x8::ONE,
         offset: f32x8::ZERO,
-        holds: f32x8::ZERO,
+        valid: f32x8::ZERO,
         light: [0; LANES],
         far: 0,
         punctual: 0,
@@ -196,7 +196,7 @@ impl LightSamplesX8 {
             radiance: Vec3x8::from_lanes(|lane| chosen[lane].radiance),
             density: density * probability,
             offset: f32x8::from_lanes(|lane| chosen[lane].offset),
-            holds: density.simd_ne(f32x8::ZERO),
+            valid: density.simd_ne(f32x8::ZERO),
             light,
             far: 0,
             punctual: 0,
@@ -205,8 +205,8 @@ impl LightSamplesX8 {
 
     /// Puts a sample of what is far into a lane; `chosen` is the probability with which that is sampled.
     fn set_far(&mut self, lane: usize, sample: Option<SkySample>, chosen: f32) {
-        let holds = if sample.is_some() { u32::MAX } else { 0 };
-        self.holds.set_lane(lane, f32::from_bits(holds));
+        let valid = if sample.is_some() { u32::MAX } else { 0 };
+        self.valid.set_lane(lane, f32::from_bits(valid));
         if let Some(sample) = sample {
             self.position.set(lane, sample.direction);
             self.radiance.set(lane, sample.radiance);
@@ -225,7 +225,7 @@ impl LightSamplesX8 {
         }
     }
 
-    /// The sample in a lane, if it holds.
+    /// The sample in a lane, if there is one.
     pub fn lane(&self, lane: usize) -> Option<LightEnd> {
         let position = self.position.lane(lane);
         let source = self.source(lane);
@@ -239,7 +239,7 @@ impl LightSamplesX8 {
                 offset: self.offset.lane(lane),
             },
         };
-        (self.holds.to_bitmask() >> lane & 1 == 1).then(|| LightEnd {
+        (self.valid.to_bitmask() >> lane & 1 == 1).then(|| LightEnd {
             target,
             radiance: self.radiance.lane(lane),
             source,

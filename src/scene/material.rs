@@ -3,7 +3,7 @@
 use super::mesh::Mesh;
 use super::texture::Texture;
 use super::textured::Textures;
-use crate::bsdf::{Bsdf, Texel};
+use crate::bsdf::{Bsdf, Parameters};
 use glam::Vec3;
 use serde::Serialize;
 
@@ -35,7 +35,7 @@ pub struct Material {
     /// How it scatters, textures aside. A light scatters nothing, whatever stands here.
     pub bsdf: Bsdf,
     /// The values that textures may replace.
-    pub texel: Texel,
+    pub parameters: Parameters,
     /// What varies over the surface, if anything does.
     pub textures: Option<Box<Textures>>,
     /// Rough or specular, by the roughness threshold. A light counts as rough.
@@ -61,7 +61,7 @@ impl Material {
         let bsdf = self.bsdf.thin().filter(|_| self.emission.is_none())?;
         Some(Self {
             bsdf,
-            texel: bsdf.texel(),
+            parameters: bsdf.parameters(),
             class: Class::of(&bsdf, roughness_threshold),
             ..self.clone()
         })

@@ -4,7 +4,7 @@ use super::content::{self, Alpha};
 use super::material::{Class, SMOOTHEST_ALPHA};
 use super::mesh::Mesh;
 use super::texture::{Meaning, Texture};
-use crate::bsdf::{Bsdf, Texel, plastic};
+use crate::bsdf::{Bsdf, Parameters, plastic};
 use crate::load::map::{Channel, MapStatement};
 use crate::load::mtl::MtlMaterial;
 use glam::{Vec2, Vec3};
@@ -170,43 +170,43 @@ impl Textures {
 
     /// The values at a place, `plain` where there is no texture.
     #[inline]
-    pub fn texel(&self, bsdf: &Bsdf, plain: &Texel, place: Place) -> Texel {
+    pub fn parameters(&self, bsdf: &Bsdf, plain: &Parameters, place: Place) -> Parameters {
         let uv = place.uv;
-        let mut texel = *plain;
+        let mut parameters = *plain;
         match &self.colour {
             Some(Colour::Texture(map)) => {
-                texel.colour = map.colour(uv).clamp(Vec3::ZERO, Vec3::ONE);
+                parameters.colour = map.colour(uv).clamp(Vec3::ZERO, Vec3::ONE);
             }
             Some(Colour::Vertices { .. }) => {
                 let [u, v] = place.barycentric;
                 let colour = place.mesh.colour(place.triangle, u, v);
-                texel.colour = colour.unwrap_or(plain.colour);
+                parameters.colour = colour.unwrap_or(plain.colour);
             }
             None => {}
         }
         if let Some(map) = &self.specular {
-            texel.specular = (2.0 * map.value(uv)).clamp(0.0, 1.0);
+            parameters.specular = (2.0 * map.value(uv)).clamp(0.0, 1.0);
         }
         if let Some(map) = &self.metallic {
-            texel.metallic = map.value(uv).clamp(0.0, 1.0);
+            parameters.metallic = map.value(uv).clamp(0.0, 1.0);
         }
         if let Some(roughness) = &self.roughness {
             let smoothest = match bsdf {
                 Bsdf::Plastic { .. } => plastic::SMOOTHEST,
                 _ => SMOOTHEST_ALPHA,
             };
-            texel.alpha = roughness.alpha(uv).max(smoothest);
+            parameters.alpha = roughness.alpha(uv).max(smoothest);
         }
-        texel
+        parameters
     }
 
     /// Rough or specular at a point, where the roughness varies; else `plain`.
     #[inline]
-    pub fn class(&self, bsdf: &Bsdf, texel: &Texel, plain: Class) -> Class {
+    pub fn class(&self, bsdf: &Bsdf, parameters: &Parameters, plain: Class) -> Class {
         if self.roughness.is_none() {
             return plain;
         }
-        Class::of(&bsdf.with(texel), self.roughness_threshold)
+        Class::of(&bsdf.with(parameters), self.roughness_threshold)
     }
 }
 

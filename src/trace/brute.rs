@@ -1,7 +1,7 @@
 //! The oracle for tests: every ray against every triangle, in double precision.
 
 use super::rays::{AnyBatch, ClosestBatch, Hit, Ray};
-use super::{RayKind, Traverse, Way};
+use super::{RayKind, TraversalMode, Traverse};
 use crate::scene::mesh::Mesh;
 use std::sync::Arc;
 
@@ -34,23 +34,23 @@ impl Brute {
 }
 
 impl Traverse for Brute {
-    fn way(&self, _: RayKind) -> Way {
-        Way::SINGLE
+    fn mode(&self, _: RayKind) -> TraversalMode {
+        TraversalMode::SINGLE
     }
 
-    fn ways(&self) -> &'static [Way] {
-        &[Way::SINGLE]
+    fn modes(&self) -> &'static [TraversalMode] {
+        &[TraversalMode::SINGLE]
     }
 
     fn memory(&self) -> usize {
         0
     }
 
-    fn closest_by(&self, batch: &mut ClosestBatch, _: Way) {
+    fn closest_by(&self, batch: &mut ClosestBatch, _: TraversalMode) {
         batch.trace_each(|ray| self.hits(ray).min_by(|a, b| a.t.total_cmp(&b.t)));
     }
 
-    fn any_by(&self, batch: &mut AnyBatch, _: Way) {
+    fn any_by(&self, batch: &mut AnyBatch, _: TraversalMode) {
         batch.trace_each(|ray| self.hits(ray).next().is_some());
     }
 }

@@ -1,7 +1,7 @@
 //! The pure-Rust backend: a compressed wide BVH (obvhs).
 
 use super::rays::{AnyBatch, ClosestBatch, Hit, Ray};
-use super::{RayKind, Traverse, Way};
+use super::{RayKind, TraversalMode, Traverse};
 use crate::scene::mesh::Mesh;
 use glam::Vec3A;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
@@ -64,12 +64,12 @@ impl Bvh {
 }
 
 impl Traverse for Bvh {
-    fn way(&self, _: RayKind) -> Way {
-        Way::SINGLE
+    fn mode(&self, _: RayKind) -> TraversalMode {
+        TraversalMode::SINGLE
     }
 
-    fn ways(&self) -> &'static [Way] {
-        &[Way::SINGLE]
+    fn modes(&self) -> &'static [TraversalMode] {
+        &[TraversalMode::SINGLE]
     }
 
     fn memory(&self) -> usize {
@@ -78,7 +78,7 @@ impl Traverse for Bvh {
             + size_of_val(&self.triangles[..])
     }
 
-    fn closest_by(&self, batch: &mut ClosestBatch, _: Way) {
+    fn closest_by(&self, batch: &mut ClosestBatch, _: TraversalMode) {
         batch.trace_each(|ray| {
             let ray = Self::ray(&ray);
             let mut hit = RayHit::none();
@@ -102,7 +102,7 @@ impl Traverse for Bvh {
         });
     }
 
-    fn any_by(&self, batch: &mut AnyBatch, _: Way) {
+    fn any_by(&self, batch: &mut AnyBatch, _: TraversalMode) {
         batch.trace_each(|ray| {
             let ray = Self::ray(&ray);
             !match &self.cutouts {

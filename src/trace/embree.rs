@@ -2,7 +2,7 @@
 #![allow(unsafe_code)]
 
 use super::rays::{AnyBatch, ClosestBatch, HitBlock, RayBlock};
-use super::{RayKind, Traverse, Way, Width};
+use super::{RayKind, TraversalMode, Traverse, Width};
 use crate::error::{Error, Result};
 use crate::scene::mesh::Mesh;
 use std::ffi::CString;
@@ -198,38 +198,38 @@ unsafe fn last_error(device: sys::RTCDevice) -> Error {
 
 /// The fastest way for each kind of rays, in the order of [`RayKind::index`]; by `gdpt bench` on
 /// scenes/glossy.obj and on the large scene of scenes/make.py.
-const WAYS: [Way; RayKind::ALL.len()] = [
-    Way::COHERENT8,
-    Way::PACKET8,
-    Way::PACKET8,
-    Way::PACKET8,
-    Way::PACKET8,
-    Way::PACKET8,
+const MODES: [TraversalMode; RayKind::ALL.len()] = [
+    TraversalMode::COHERENT8,
+    TraversalMode::PACKET8,
+    TraversalMode::PACKET8,
+    TraversalMode::PACKET8,
+    TraversalMode::PACKET8,
+    TraversalMode::PACKET8,
 ];
 
-const fn way(width: Width, coherent: bool) -> Way {
-    Way { width, coherent }
+const fn mode(width: Width, coherent: bool) -> TraversalMode {
+    TraversalMode { width, coherent }
 }
 
 impl Traverse for Embree {
-    fn way(&self, kind: RayKind) -> Way {
-        WAYS[kind.index()]
+    fn mode(&self, kind: RayKind) -> TraversalMode {
+        MODES[kind.index()]
     }
 
-    fn ways(&self) -> &'static [Way] {
-        const ALL: [Way; 7] = [
-            Way::SINGLE,
-            way(Width::Packet4, false),
-            way(Width::Packet4, true),
-            Way::PACKET8,
-            Way::COHERENT8,
-            way(Width::Packet16, false),
-            way(Width::Packet16, true),
+    fn modes(&self) -> &'static [TraversalMode] {
+        const ALL: [TraversalMode; 7] = [
+            TraversalMode::SINGLE,
+            mode(Width::Packet4, false),
+            mode(Width::Packet4, true),
+            TraversalMode::PACKET8,
+            TraversalMode::COHERENT8,
+            mode(Width::Packet16, false),
+            mode(Width::Packet16, true),
         ];
         &ALL
     }
 
-    fn closest_by(&self, batch: &mut ClosestBatch, way: Way) {
+    fn closest_by(&self, batch: &mut ClosestBatch, way: TraversalMode) {
         debug_assert!(batch.len <= batch.blocks.len() * crate::lanes::LANES);
         // SAFETY: the blocks have Embree's layout (asserted above) and alignment, and hold `len` rays.
         unsafe {
@@ -246,7 +246,7 @@ impl Traverse for Embree {
         }
     }
 
-    fn any_by(&self, batch: &mut AnyBatch, way: Way) {
+    fn any_by(&self, batch: &mut AnyBatch, way: TraversalMode) {
         debug_assert!(batch.len <= batch.blocks.len() * crate::lanes::LANES);
         // SAFETY: as for `closest_by`.
         unsafe {

@@ -75,7 +75,7 @@ impl RayKind {
 
 /// How a batch goes through the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Way {
+pub struct TraversalMode {
     /// Rays that go together.
     pub width: Width,
     /// Whether the tree is told that they are alike.
@@ -95,19 +95,19 @@ pub enum Width {
     Packet16 = 16,
 }
 
-impl Way {
+impl TraversalMode {
     /// One by one; all that a backend without packets knows.
-    pub const SINGLE: Way = Way {
+    pub const SINGLE: TraversalMode = TraversalMode {
         width: Width::Single,
         coherent: false,
     };
     /// Packets of 8, the tree not told anything.
-    pub const PACKET8: Way = Way {
+    pub const PACKET8: TraversalMode = TraversalMode {
         width: Width::Packet8,
         coherent: false,
     };
     /// Packets of 8 that are alike.
-    pub const COHERENT8: Way = Way {
+    pub const COHERENT8: TraversalMode = TraversalMode {
         width: Width::Packet8,
         coherent: true,
     };
@@ -129,24 +129,24 @@ impl Way {
 /// Finds what rays hit. Results are functions of the rays alone.
 pub trait Traverse: Sync + Send {
     /// The fastest way for a kind of rays; the table of the backend.
-    fn way(&self, kind: RayKind) -> Way;
+    fn mode(&self, kind: RayKind) -> TraversalMode;
     /// All ways that the backend knows.
-    fn ways(&self) -> &'static [Way];
-    /// Finds the closest hit of every ray, going one of [`Traverse::ways`].
-    fn closest_by(&self, batch: &mut ClosestBatch, way: Way);
+    fn modes(&self) -> &'static [TraversalMode];
+    /// Finds the closest hit of every ray, going one of [`Traverse::modes`].
+    fn closest_by(&self, batch: &mut ClosestBatch, way: TraversalMode);
     /// Finds whether anything blocks each ray.
-    fn any_by(&self, batch: &mut AnyBatch, way: Way);
+    fn any_by(&self, batch: &mut AnyBatch, way: TraversalMode);
     /// Bytes that the acceleration structure takes, without the mesh.
     fn memory(&self) -> usize;
 
     /// Finds the closest hit of every ray the fastest way.
     fn closest(&self, batch: &mut ClosestBatch, kind: RayKind) {
-        self.closest_by(batch, self.way(kind));
+        self.closest_by(batch, self.mode(kind));
     }
 
     /// Finds whether anything blocks each ray, the fastest way.
     fn any(&self, batch: &mut AnyBatch, kind: RayKind) {
-        self.any_by(batch, self.way(kind));
+        self.any_by(batch, self.mode(kind));
     }
 }
 

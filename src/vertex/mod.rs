@@ -4,7 +4,7 @@ mod vertices;
 
 pub use vertices::{ROULETTE_FROM, RaysX8, ScatteringX8, VerticesX8};
 
-use crate::bsdf::{Bsdf, Texel};
+use crate::bsdf::{Bsdf, Parameters};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::SHALLOWEST;
@@ -28,12 +28,12 @@ pub struct Vertex {
     /// Index into [`Scene::materials`].
     pub material: u32,
     /// What the material's textures say here.
-    pub texel: Texel,
+    pub parameters: Parameters,
 }
 
 /// The end of a path segment.
 #[derive(Clone, Copy, Debug)]
-pub enum End {
+pub enum Interaction {
     /// A surface that scatters.
     Surface(Vertex),
     /// A light, on which every path ends.
@@ -60,12 +60,12 @@ pub struct LightPoint {
     pub front: bool,
 }
 
-impl End {
+impl Interaction {
     /// What the ray with unit direction `direction` met.
     #[inline(always)]
     pub fn new(scene: &Scene, hit: Option<Hit>, direction: Vec3) -> Self {
         let Some(hit) = hit else {
-            return End::Environment(direction);
+            return Interaction::Environment(direction);
         };
         let index = scene.mesh.material_of[hit.triangle as usize];
         let material = &scene.materials[index as usize];
@@ -77,7 +77,7 @@ impl End {
                 None => radiance,
                 Some(_) => material.radiance(&scene.mesh, hit.triangle, hit.u, hit.v),
             };
-            return End::Light(LightPoint {
+            return Interaction::Light(LightPoint {
                 position: point.position,
                 ng: point.ng,
                 radiance,
@@ -86,22 +86,23 @@ impl End {
                 front,
             });
         }
-        let texel = match &material.textures {
-            None => material.texel,
+        let parameters = match &material.textures {
+            None => material.parameters,
             Some(textures) => {
-                let (texel, ns) = textured(scene, material, textures, hit, (point.ng, point.ns));
+                let (parameters, ns) =
+                    textured(scene, material, textures, hit, (point.ng, point.ns));
                 point.ns = ns;
-                texel
+                parameters
             }
         };
-        End::Surface(Vertex {
+        Interaction::Surface(Vertex {
             position: point.position,
             ng: point.ng,
             ns: point.ns,
             wo: -direction,
             offset: point.offset,
             material: index,
-            texel,
+            parameters,
         })
     }
 
@@ -122,7 +123,7 @@ fn textured(
     textures: &Textures,
     hit: Hit,
     (ng, ns): (Vec3, Vec3),
-) -> (Texel, Vec3) {
+) -> (Parameters, Vec3) {
     let uv = scene.mesh.texcoord(hit.triangle, hit.u, hit.v);
     let place = Place {
         mesh: &scene.mesh,
@@ -130,7 +131,7 @@ fn textured(
         barycentric: [hit.u, hit.v],
         uv,
     };
-    let texel = textures.texel(&material.bsdf, &material.texel, place);
+    let parameters = textures.parameters(&material.bsdf, &material.parameters, place);
     let turned = match (&textures.relief, scene.mesh.tangents(hit.triangle)) {
         (Some(relief), Some(tangents)) => relief.turn(ns, tangents, uv),
         _ => ns,
@@ -141,7 +142,7 @@ fn textured(
     } else {
         ns
     };
-    (texel, ns)
+    (parameters, ns)
 }
 
 impl Vertex {
@@ -153,7 +154,7 @@ impl Vertex {
     /// Its BSDF.
     #[inline]
     pub fn bsdf(&self, scene: &Scene) -> Bsdf {
-        self.material(scene).bsdf.with(&self.texel)
+        self.material(scene).bsdf.with(&self.parameters)
     }
 
     /// Rough or specular.
@@ -162,7 +163,7 @@ impl Vertex {
         let material = self.material(scene);
         match &material.textures {
             None => material.class,
-            Some(textures) => textures.class(&material.bsdf, &self.texel, material.class),
+            Some(textures) => textures.class(&material.bsdf, &self.parameters, material.class),
         }
     }
 

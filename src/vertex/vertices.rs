@@ -2,9 +2,9 @@
 //!
 //! `DIFFUSE` says that the scene is diffuse: then all are Lambert's, and there is no code for anything else.
 
-use super::{End, Vertex};
-use crate::bsdf::packed::{Kind, Kinds, Packed, Texels};
-use crate::bsdf::{Bsdf, Evals, Samples, Texel, lambert};
+use super::{Interaction, Vertex};
+use crate::bsdf::packed::{Kind, Kinds, Packed, PackedParameters};
+use crate::bsdf::{Bsdf, Evals, Parameters, Samples, lambert};
 use crate::frame::Frame;
 use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
@@ -85,7 +85,7 @@ pub struct ScatteringX8 {
     /// Densities of the directions, roulette included.
     pub pdf: f32x8,
     /// A bit for each lane that goes on.
-    pub holds: u32,
+    pub valid: u32,
     /// The lanes in which they are single directions.
     pub delta: u32,
     /// The lanes in which they go through the surface.
@@ -99,7 +99,7 @@ impl ScatteringX8 {
         local_wi: Vec3x8::ZERO,
         value: Vec3x8::ZERO,
         pdf: f32x8::ZERO,
-        holds: 0,
+        valid: 0,
         delta: 0,
         transmits: 0,
     };
@@ -212,7 +212,7 @@ impl VerticesX8 {
         }
     }
 
-    /// Moves to where rays arrived at triangles of these materials, as by [`End::new`]: surfaces in the lanes
+    /// Moves to where rays arrived at triangles of these materials, as by [`Interaction::new`]: surfaces in the lanes
     /// `surfaces`. Points on lights have position, normal and offset; where there is no hit it means
     /// nothing.
     #[inline(always)]
@@ -223,7 +223,7 @@ impl VerticesX8 {
         materials: &[&Material; LANES],
         surfaces: u32,
     ) {
-        self.albedo = Vec3x8::from_lanes(|lane| materials[lane].texel.colour);
+        self.albedo = Vec3x8::from_lanes(|lane| materials[lane].parameters.colour);
         self.survival = f32x8::from_lanes(|lane| materials[lane].survival);
         (self.rough, self.others) = (surfaces, 0);
         if !DIFFUSE {
@@ -232,10 +232,10 @@ impl VerticesX8 {
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
         for lane in lanes_of(surfaces) {
             if materials[lane].textures.is_some()
-                && let End::Surface(vertex) = End::in_lane(scene, hits, lane)
+                && let Interaction::Surface(vertex) = Interaction::in_lane(scene, hits, lane)
             {
                 points.ns.set(lane, vertex.ns);
-                self.albedo.set(lane, vertex.texel.colour);
+                self.albedo.set(lane, vertex.parameters.colour);
                 if !DIFFUSE {
                     self.meet_textured(scene, lane, &vertex);
                 }
@@ -272,9 +272,9 @@ impl VerticesX8 {
             }
         }
         if self.others != 0 {
-            more.alpha = f32x8::from_lanes(|lane| materials[lane].texel.alpha);
-            more.specular = f32x8::from_lanes(|lane| materials[lane].texel.specular);
-            more.metallic = f32x8::from_lanes(|lane| materials[lane].texel.metallic);
+            more.alpha = f32x8::from_lanes(|lane| materials[lane].parameters.alpha);
+            more.specular = f32x8::from_lanes(|lane| materials[lane].parameters.specular);
+            more.metallic = f32x8::from_lanes(|lane| materials[lane].parameters.metallic);
         }
     }
 
@@ -283,9 +283,13 @@ impl VerticesX8 {
     fn meet_textured(&mut self, scene: &Scene, lane: usize, vertex: &Vertex) {
         let is_rough = vertex.class(scene) == Class::Rough;
         set_bit(&mut self.rough, lane, is_rough);
-        self.more.alpha.set_lane(lane, vertex.texel.alpha);
-        self.more.specular.set_lane(lane, vertex.texel.specular);
-        self.more.metallic.set_lane(lane, vertex.texel.metallic);
+        self.more.alpha.set_lane(lane, vertex.parameters.alpha);
+        self.more
+            .specular
+            .set_lane(lane, vertex.parameters.specular);
+        self.more
+            .metallic
+            .set_lane(lane, vertex.parameters.metallic);
     }
 
     /// This vertex in all lanes.
@@ -305,7 +309,7 @@ impl VerticesX8 {
             cos_o,
             agrees,
             offset: f32x8::splat(vertex.offset),
-            albedo: Vec3x8::splat(vertex.texel.colour),
+            albedo: Vec3x8::splat(vertex.parameters.colour),
             survival: f32x8::splat(vertex.survival(scene)),
             rough: all(vertex.class(scene) == Class::Rough),
             others: all(kind != Kind::Lambert),
@@ -313,9 +317,9 @@ impl VerticesX8 {
                 wo,
                 material: [vertex.material; LANES],
                 kinds,
-                alpha: f32x8::splat(vertex.texel.alpha),
-                specular: f32x8::splat(vertex.texel.specular),
-                metallic: f32x8::splat(vertex.texel.metallic),
+                alpha: f32x8::splat(vertex.parameters.alpha),
+                specular: f32x8::splat(vertex.parameters.specular),
+                metallic: f32x8::splat(vertex.parameters.metallic),
             },
         }
     }
@@ -353,8 +357,8 @@ impl VerticesX8 {
         }
     }
 
-    fn texel(&self, lane: usize) -> Texel {
-        Texel {
+    fn parameters(&self, lane: usize) -> Parameters {
+        Parameters {
             colour: self.albedo.lane(lane),
             alpha: self.more.alpha.lane(lane),
             specular: self.more.specular.lane(lane),
@@ -368,7 +372,7 @@ impl VerticesX8 {
             return self.albedo.lane(lane);
         }
         let bsdf = self.bsdf(scene, lane);
-        bsdf.with(&self.texel(lane)).albedo()
+        bsdf.with(&self.parameters(lane)).albedo()
     }
 
     /// The BSDF (with the cosine at `wi`) and its density for unit directions `wi` in the world. It does not hold
@@ -408,7 +412,7 @@ impl VerticesX8 {
     ) -> Evals<f32x8> {
         let cos_i = normal.dot(wi);
         let mut eval = lambert::eval(self.albedo, cos_o, cos_i);
-        eval.holds &= agrees & self.agree(wi, cos_i);
+        eval.valid &= agrees & self.agree(wi, cos_i);
         eval
     }
 
@@ -425,7 +429,7 @@ impl VerticesX8 {
         let frame = Frame::new(normal);
         let (local_o, local_i) = (frame.to_local(wo), frame.to_local(wi));
         let mut others = self.packed(scene).eval(local_o, local_i);
-        others.holds &= self.agree(wo, local_o.z) & self.agree(wi, local_i.z);
+        others.valid &= self.agree(wo, local_o.z) & self.agree(wi, local_i.z);
         *eval = Evals::select(mask_of(self.others), others, *eval);
     }
 
@@ -444,7 +448,7 @@ impl VerticesX8 {
     #[inline(always)]
     pub fn eval_delta(&self, scene: &Scene, wo: Vec3x8, transmits: f32x8) -> Evals<f32x8> {
         let mut eval = self.packed(scene).eval_delta(wo, transmits);
-        eval.holds &= mask_of(self.others);
+        eval.valid &= mask_of(self.others);
         eval
     }
 
@@ -461,7 +465,7 @@ impl VerticesX8 {
         Packed {
             kinds: more.kinds,
             bsdf: |lane: usize| self.bsdf(scene, lane),
-            texels: Texels {
+            parameters: PackedParameters {
                 colour: self.albedo,
                 alpha: more.alpha,
                 specular: more.specular,
@@ -507,13 +511,13 @@ impl VerticesX8 {
             wi: local_wi, eval, ..
         } = sampled;
         let wi = frame.to_world(local_wi).normalize();
-        let holds = eval.holds & self.agree(wi, local_wi.z) & u_roulette.simd_lt(survival);
+        let valid = eval.valid & self.agree(wi, local_wi.z) & u_roulette.simd_lt(survival);
         ScatteringX8 {
             wi,
             local_wi,
             value: eval.value,
             pdf: eval.pdf * survival,
-            holds: holds.to_bitmask(),
+            valid: valid.to_bitmask(),
             delta: sampled.delta.to_bitmask(),
             transmits: sampled.transmits.to_bitmask(),
         }

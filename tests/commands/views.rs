@@ -8,7 +8,7 @@ use gdpt::gradient::Weights;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::path::{Manifold, PathSettings};
 use gdpt::render::{Job, Limits, Method};
-use gdpt::sampler::Points;
+use gdpt::sampler::SamplerKind;
 use gdpt::scene::SceneSettings;
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -145,7 +145,7 @@ fn an_edge_is_blurred_by_the_filter() {
             settings: PathSettings {
                 depth: 2,
                 seed: 1,
-                points: Points::Sobol,
+                sampler: SamplerKind::Sobol,
                 weights: Weights::Mis,
                 filter,
                 manifold: Manifold::Auto,

@@ -532,7 +532,9 @@ fn exponents_by_texture() {
                 barycentric: [0.0; 2],
                 uv,
             };
-            textures.texel(&material.bsdf, &material.texel, place).alpha
+            textures
+                .parameters(&material.bsdf, &material.parameters, place)
+                .alpha
         };
         Some([alpha(0.25), alpha(0.75)])
     };

@@ -426,7 +426,7 @@ fn thin(polygons: &Polygons) -> Vec<bool> {
     let mut triangles = scene.mesh.material_of.iter();
     let mut is_thin = || {
         let material = &scene.materials[*triangles.next().unwrap() as usize];
-        assert_eq!(material.texel, material.bsdf.texel());
+        assert_eq!(material.parameters, material.bsdf.parameters());
         matches!(material.bsdf, Bsdf::Thin { .. } | Bsdf::RoughThin { .. })
     };
     let mut of_polygon = |(corners, _): &(Vec<Vec3>, u32)| {

@@ -376,18 +376,19 @@ irradiance = [0.6, 0.9, 0.5]
 /// A texture of 4 x 3 random texels.
 fn write_texture(path: &Path) {
     let mut rng = Rng(1);
-    let texels = RgbImage::from_fn(
-        7,
-        5,
-        |_, _| Rgb([(); 3].map(|_| (256.0 * rng.next()) as u8)),
-    );
-    texels.save(path).unwrap();
+    let parameters =
+        RgbImage::from_fn(
+            7,
+            5,
+            |_, _| Rgb([(); 3].map(|_| (256.0 * rng.next()) as u8)),
+        );
+    parameters.save(path).unwrap();
 }
 
 /// An environment of 16 x 8 random texels with a bright patch, its upper half of another colour.
 fn write_sky(path: &Path) {
     let mut rng = Rng(2);
-    let texels = (0..16 * 8).map(|i| {
+    let parameters = (0..16 * 8).map(|i| {
         let (x, y) = (i % 16, i / 16);
         let sun = if (5..7).contains(&x) && y == 2 {
             12.0
@@ -401,8 +402,8 @@ fn write_sky(path: &Path) {
         };
         sky.map(|c: f32| c * 2.0 * rng.next() + sun)
     });
-    let texels: Vec<[f32; 3]> = texels.collect();
-    exr::prelude::write_rgb_file(path, 16, 8, |x, y| texels[16 * y + x].into()).unwrap();
+    let parameters: Vec<[f32; 3]> = parameters.collect();
+    exr::prelude::write_rgb_file(path, 16, 8, |x, y| parameters[16 * y + x].into()).unwrap();
 }
 
 /// The means of the regions, and of the whole, channel by channel. `value` is of a pixel and a channel.

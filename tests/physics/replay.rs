@@ -6,7 +6,7 @@ use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::replay::replay;
 use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
-use gdpt::sampler::{self, Points};
+use gdpt::sampler::{self, SamplerKind};
 use gdpt::sums::TileSums;
 
 #[test]
@@ -20,7 +20,7 @@ fn a_replayed_sample_has_the_bits_of_the_render() {
             let settings = PathSettings {
                 depth: 12,
                 seed,
-                points: Points::Sobol,
+                sampler: SamplerKind::Sobol,
                 weights,
                 filter: Filter::Box,
                 manifold: Manifold::Auto,

@@ -21,9 +21,9 @@ struct Shifted {
 
 impl Shifted {
     fn of(lanes: &ShiftedX8) -> Result<Self, Death> {
-        let holds = lanes.eval.holds.to_bitmask();
-        assert!(holds == 0 || holds == 255 && lanes.no_lobe == 0);
-        if holds == 0 {
+        let valid = lanes.eval.valid.to_bitmask();
+        assert!(valid == 0 || valid == 255 && lanes.no_lobe == 0);
+        if valid == 0 {
             let no_lobe = lanes.no_lobe & 1 == 1;
             return Err(if no_lobe { Death::Lobe } else { Death::Side });
         }
@@ -37,7 +37,7 @@ impl Shifted {
 
 /// What all lanes say.
 fn held(eval: &Evals<f32x8>) -> Option<Eval> {
-    (eval.holds.to_bitmask() == 255).then(|| Eval {
+    (eval.valid.to_bitmask() == 255).then(|| Eval {
         value: eval.value.lane(3),
         pdf: eval.pdf.as_array()[3],
     })
@@ -161,7 +161,7 @@ fn vertex(scene: &Scene, position: Vec3, normal: Vec3, wo: Vec3, material: u32) 
         wo,
         offset: 1e-6,
         material,
-        texel: scene.materials[material as usize].texel,
+        parameters: scene.materials[material as usize].parameters,
     }
 }
 
@@ -205,8 +205,8 @@ fn a_shared_vertex_looks_the_same_to_both_paths() {
             if x_wo.z * y_wo.z <= 0.0 {
                 continue; // the shift is dead
             }
-            let seen = |wo: Vec3| match gdpt::vertex::End::new(&scene, Some(hit), -wo) {
-                gdpt::vertex::End::Surface(v) => v,
+            let seen = |wo: Vec3| match gdpt::vertex::Interaction::new(&scene, Some(hit), -wo) {
+                gdpt::vertex::Interaction::Surface(v) => v,
                 other => panic!("{other:?}"),
             };
             let (x, y) = (seen(x_wo), seen(y_wo));
@@ -265,7 +265,7 @@ fn scattering(scene: &Scene, at: &Vertex, wi: Vec3, lobe: Lobe) -> ScatteringX8 
         local_wi: Vec3x8::splat(local_wi),
         value: Vec3x8::splat(eval.value),
         pdf: f32x8::splat(eval.pdf),
-        holds: 255,
+        valid: 255,
         delta: lanes(delta),
         transmits: lanes(lobe == Lobe::Transmission),
     }

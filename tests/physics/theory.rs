@@ -5,7 +5,7 @@ use gdpt::estimate::Planes;
 use gdpt::film::Halves;
 use gdpt::image::Image;
 use gdpt::reconstruct::{Problem, l2};
-use gdpt::sampler::Points;
+use gdpt::sampler::SamplerKind;
 use gdpt::spectrum::measure::Sums;
 use gdpt::spectrum::one_dimensional::{self, ALPHAS, Errors, FREQUENCIES, Samples};
 use gdpt::spectrum::table;
@@ -163,7 +163,7 @@ fn spectra_are_those_of_the_pictures_that_l2_makes() {
         let film = Render {
             spp: 4,
             seed,
-            points: Points::Independent,
+            sampler: SamplerKind::Independent,
             ..Render::default()
         }
         .film(&scene, &*tracer);
@@ -211,13 +211,13 @@ fn errors_of_independent_samples_fall_as_one_over_the_samples() {
     let counts = [16u64, 64, 256];
     let seeds = 160;
     // Two independent renders differ by twice the variance, whatever the truth is.
-    let slope = |points: Points| {
+    let slope = |sampler: SamplerKind| {
         let errors = counts.map(|spp| {
             let picture = |seed: u64| {
                 let render = Render {
                     spp,
                     seed,
-                    points,
+                    sampler,
                     ..Render::default()
                 };
                 let e = render.estimate(&scene, &*tracer);
@@ -244,12 +244,12 @@ fn errors_of_independent_samples_fall_as_one_over_the_samples() {
         });
         [0, 1].map(|kind| (errors[2][kind] / errors[0][kind]).ln() / 16f64.ln())
     };
-    let independent = slope(Points::Independent);
+    let independent = slope(SamplerKind::Independent);
     for (what, slope) in ["primal", "l2"].iter().zip(independent) {
         assert!((slope + 1.0).abs() < 0.05, "{what}: {slope}");
     }
     // Evenly spread samples do at least as well.
-    for (what, slope) in ["primal", "l2"].iter().zip(slope(Points::Sobol)) {
+    for (what, slope) in ["primal", "l2"].iter().zip(slope(SamplerKind::Sobol)) {
         assert!(slope < -1.0, "{what}: {slope}");
     }
 }

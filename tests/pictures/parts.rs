@@ -32,7 +32,7 @@ fn parts_of_their_own_agree_with_one_long_render() {
     let scene = shipped("cornell", SIZE, SIZE);
     let tracer = tracer(&scene);
     let render = Render {
-        points: gdpt::sampler::Points::Independent,
+        sampler: gdpt::sampler::SamplerKind::Independent,
         ..Render::default()
     };
     let reference = Render {

@@ -130,7 +130,7 @@ impl Plan<'_> {
             tracing,
             depth: self.args.depth,
             seed,
-            points: self.args.sampler,
+            sampler: self.args.sampler,
             seconds,
         }
     }

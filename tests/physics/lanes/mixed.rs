@@ -13,7 +13,7 @@ use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::load::sidecar::CameraTable;
 use gdpt::path::Manifold;
 use gdpt::render::Method;
-use gdpt::sampler::Points;
+use gdpt::sampler::SamplerKind;
 use gdpt::scene::material::{Class, Material};
 use gdpt::scene::textured::{Colour, Relief, Roughness};
 use gdpt::scene::{EnvironmentSetting, EnvironmentSource, Scene, SceneSettings};
@@ -53,7 +53,7 @@ pub fn mixed(seed: u64) -> (Scene, Render) {
         weights: rng.of(&[Weights::Mis, Weights::Mis, Weights::Symmetric]),
         spp: 3,
         seed,
-        points: rng.of(&[Points::Sobol, Points::Independent]),
+        sampler: rng.of(&[SamplerKind::Sobol, SamplerKind::Independent]),
         depth: 1 + rng.below(9) as u32,
         tile_size: 1 + rng.below(24) as u32,
         filter: rng.of(&[
@@ -213,7 +213,7 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
             },
         },
     };
-    material.texel = material.bsdf.texel();
+    material.parameters = material.bsdf.parameters();
     material.class = if material.bsdf.roughness() > roughness_threshold {
         Class::Rough
     } else {
@@ -221,7 +221,7 @@ fn scatter(rng: &mut Rng, material: &mut Material, roughness_threshold: f32) {
     };
     material.survival = 0.4 + 0.5 * rng.next();
     // The pictures of colours are those of other values too. Single directions have no roughness to vary.
-    let smooth = material.texel.alpha == 0.0;
+    let smooth = material.parameters.alpha == 0.0;
     let is_plastic = matches!(material.bsdf, Bsdf::Plastic { .. });
     if let Some(textures) = material.textures.as_deref_mut() {
         let colour = match &textures.colour {

@@ -14,7 +14,7 @@ use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::load::sidecar::CameraTable;
 use gdpt::path::{Counts, Manifold};
 use gdpt::render::Method;
-use gdpt::sampler::Points;
+use gdpt::sampler::SamplerKind;
 use gdpt::scene::framing::Framing;
 use gdpt::scene::{EnvironmentSource, Scene, SceneSettings};
 use gdpt::shift::Death;
@@ -249,7 +249,8 @@ fn any_diffuse_scene_has_the_bits_of_the_general_code() {
                     weights: [Weights::Mis, Weights::Symmetric][usize::from(symmetric)],
                     spp: 5,
                     seed: mixture.seed,
-                    points: [Points::Sobol, Points::Independent][usize::from(independent)],
+                    sampler: [SamplerKind::Sobol, SamplerKind::Independent]
+                        [usize::from(independent)],
                     depth,
                     tile_size,
                     filter: Filter::Tent,

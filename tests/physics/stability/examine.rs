@@ -211,7 +211,7 @@ fn largest_sample(scene: &Scene, tracer: &dyn Traverse) -> f64 {
     let settings = PathSettings {
         depth: 12,
         seed: 77,
-        points: gdpt::sampler::Points::Independent,
+        sampler: gdpt::sampler::SamplerKind::Independent,
         weights: Weights::Mis,
         filter: Filter::Box,
         manifold: Manifold::Auto,

@@ -169,7 +169,7 @@ impl<'a> Plan<'a> {
         let PathSettings {
             depth,
             seed,
-            points,
+            sampler,
             weights,
             filter,
             manifold,
@@ -178,7 +178,7 @@ impl<'a> Plan<'a> {
             ("method", lower(&self.method)),
             ("weights", lower(weights)),
             ("depth", depth.to_string()),
-            ("sampler", lower(points)),
+            ("sampler", lower(sampler)),
             ("seed", seed.to_string()),
             (
                 "roughness_threshold",
@@ -200,7 +200,7 @@ fn path_settings(args: &RenderArgs) -> Result<PathSettings> {
     Ok(PathSettings {
         depth: args.depth,
         seed: args.seed,
-        points: args.sampler,
+        sampler: args.sampler,
         weights: args.weights,
         filter: args.filter,
         manifold: args.manifold,
