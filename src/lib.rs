@@ -53,7 +53,7 @@
 //!
 //! What `gdpt render` does, in the order of the map:
 //!
-//! ```no_run
+//! ```
 //! use gdpt::error::Warnings;
 //! use gdpt::film::Film;
 //! use gdpt::filter::Filter;
@@ -74,7 +74,7 @@
 //! let settings = SceneSettings {
 //!     environment: EnvironmentSetting::of_table(&toml.environment),
 //!     camera: toml.camera,
-//!     size: (384, 256),
+//!     size: (48, 32),
 //!     roughness_threshold: 0.01,
 //!     lights: toml.lights,
 //! };
@@ -82,9 +82,9 @@
 //!
 //! // A tree to trace with, and a film of sums.
 //! let tracer = Backend::DEFAULT.build(&scene.mesh, 2)?;
-//! let mut film = Film::new(384, 256, TILE_SIZE);
+//! let mut film = Film::new(48, 32, TILE_SIZE);
 //!
-//! // Base and offset paths of 64 samples of every pixel, tile by tile.
+//! // Base and offset paths of 8 samples of every pixel, tile by tile.
 //! let job = Job {
 //!     scene: &scene,
 //!     tracer: &*tracer,
@@ -98,13 +98,14 @@
 //!         manifold: Manifold::Auto,
 //!     },
 //!     first: 0,
-//!     limits: Limits { samples: 64, time: None },
+//!     limits: Limits { samples: 8, time: None },
 //! };
 //! job.run(&mut film, &mut |_, _| None, &mut |_| ());
 //!
 //! // The picture of primal and differences.
 //! let picture = gdpt::picture::of_film(&film, gdpt::reconstruct::Method::Weighted);
-//! assert_eq!(picture.image.width, 384);
+//! assert_eq!(picture.image.width, 48);
+//! assert!(picture.rel_mse.is_some_and(|error| error < 0.5));
 //! # Ok(())
 //! # }
 //! ```
@@ -112,9 +113,9 @@
 //! Where to read on: a path's vertices are in [`vertex`], eight at once; the loop over them in `path/mod.rs`; what the
 //! base path does at one, and how its offset paths follow, in `path/light.rs` and `path/bounce.rs`, and what follows
 //! when all share the rest in `path/plain.rs`; light through mirrors and glass in `path/manifold.rs`, by the walks of
-//! [`manifold`] between the surfaces of [`scene::reflectors`]; the shift itself, decision by decision, in [`shift`]; what the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one
-//! file each; how light is chosen in [`scene::light`] and [`scene::environment`]; the solves in
-//! [`reconstruct`].
+//! [`manifold`] between the surfaces of [`scene::reflectors`]; the shift itself, decision by decision, in [`shift`]; what
+//! the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one file each; how light is
+//! chosen in [`scene::light`], and sampled in [`scene::light_sample`]; the solves in [`reconstruct`].
 //!
 //! Words are those of the field: a *base path* x, its *offset path* y = T(x) through a neighbouring
 //! pixel, the *shift* T with its *Jacobian* |T'|; *primal*, *dx* and *dy*; *very direct* for light seen

@@ -9,6 +9,14 @@ use std::ops::Range;
 use std::str::FromStr;
 
 /// One of several parts of the samples, such as `3/16`.
+///
+/// ```
+/// use gdpt::part::{Part, Samples};
+///
+/// let part: Part = "3/16".parse().unwrap();
+/// // Whole passes of four samples: together the parts have each sample once.
+/// assert_eq!(Samples::Some { part, all: 1024 }.range(), 128..192);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// From 1 to `parts`.

@@ -17,7 +17,9 @@ use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::framing::{Open, Side};
+use crate::scene::light::Source;
 use crate::scene::material::Class;
+use crate::scene::reflectors::Target;
 use crate::trace::rays::{AnyBatch, ClosestBatch, Hit, Ray};
 use crate::trace::{RayKind, Traverse};
 use glam::{Quat, Vec3};
@@ -317,14 +319,19 @@ impl Met {
         // One lane is asked for.
         let from = Vec3x8::splat(self.position);
         let lamps = scene.sample_lights::<false>(from, 1, u.map(f32x8::splat));
-        if lamps.valid.to_bitmask() & 1 == 0 || lamps.far & 1 == 1 {
+        let lamp = lamps.lane(0)?;
+        if lamp.source == Source::Sky {
             return None;
         }
-        let (lamp, ng) = (lamps.position.lane(0), lamps.ng.lane(0));
-        let to = lamp - self.position;
+        let to = lamp.target.towards(self.position);
         // Not along either surface, where rounding would tell.
         let grazing = 1e-3 * to.length();
-        if to.dot(self.normal) <= grazing || to.dot(ng) >= -grazing {
+        let shines = match lamp.target {
+            Target::Surface { ng, .. } => to.dot(ng) < -grazing,
+            Target::Point(_) => scene.falloff(lamp.source, -to.normalize()) > 0.0,
+            Target::Direction(_) => true,
+        };
+        if to.dot(self.normal) <= grazing || !shines {
             return None;
         }
         let origin = offset_origin(
@@ -333,11 +340,13 @@ impl Met {
             self.offset,
             to.into(),
         );
-        let to = lamp - Vec3::from(origin);
         Some(Ray {
             origin: origin.into(),
-            direction: to,
-            length: 1.0 - 1e-3,
+            direction: lamp.target.towards(origin.into()),
+            length: match lamp.target {
+                Target::Surface { .. } | Target::Point(_) => 1.0 - 1e-3,
+                Target::Direction(_) => f32::INFINITY,
+            },
         })
     }
 }

@@ -8,6 +8,22 @@ use rayon::prelude::*;
 
 /// The picture I that minimises Σ|DI − G|² + α²Σ|I − P|². With α = 0 gradients alone decide, but for
 /// the mean, which is the primal's.
+///
+/// A noisy ramp, of which the differences are known:
+///
+/// ```
+/// use gdpt::image::Image;
+/// use gdpt::reconstruct::{Problem, l2};
+///
+/// let image = |row: [f32; 4]| Image { width: 4, height: 1, channels: [row.to_vec(), row.to_vec(), row.to_vec()] };
+/// let primal = image([0.3, 0.8, 2.1, 2.8]);
+/// // From each pixel to its right neighbour; the last one has none.
+/// let (dx, dy) = (image([1.0, 1.0, 1.0, 0.0]), image([0.0; 4]));
+/// let picture = l2::solve(&Problem { primal: &primal, dx: &dx, dy: &dy }, 0.0);
+/// for (found, ramp) in picture.channels[0].iter().zip([0.0, 1.0, 2.0, 3.0]) {
+///     assert!((found - ramp).abs() < 1e-5);
+/// }
+/// ```
 pub fn solve(problem: &Problem, alpha: f32) -> Image {
     let (width, height) = (problem.primal.width, problem.primal.height);
     let solver = ScreenedPoisson::new(width, height);

@@ -82,10 +82,16 @@ fn reason(scene: &Scene, film: &Film) -> String {
         );
     }
     if scene.environment.is_black() {
-        return "there is no light: no material emits (Ke), and the environment is black"
-            .to_owned();
+        let punctual = scene.lights.punctual();
+        return if punctual.is_empty() {
+            "there is no light: no material emits (Ke), and the environment is black".to_owned()
+        } else {
+            let lights = punctual.describe().join("; ");
+            format!("no light reaches what the camera sees; there is: {lights}")
+        };
     }
-    "no light reaches the picture: what the camera sees is closed, and there is no lamp in it (a material with Ke)"
+    "no light reaches the picture: what the camera sees is closed, and there is no lamp in it (a material with Ke, or \
+     [[lights]] of the TOML)"
         .to_owned()
 }
 

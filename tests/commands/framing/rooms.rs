@@ -3,6 +3,7 @@
 use super::bodies::{self, Body, Face};
 use crate::common::{Render, lambert, light, tracer};
 use gdpt::error::Warnings;
+use gdpt::load::lights::{Cone, PunctualLight};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::{CameraTable, View};
 use gdpt::scene::framing::Side;
@@ -13,7 +14,16 @@ use std::path::Path;
 
 /// Parts, each of a material of its own; without lamps under a white sky.
 fn scene(parts: Vec<(Body, MtlMaterial)>, camera: CameraTable) -> Scene {
-    let lamps = parts.iter().any(|(_, m)| m.ke.is_some());
+    scene_with(parts, camera, &[])
+}
+
+/// With lights that have no extent, too.
+fn scene_with(
+    parts: Vec<(Body, MtlMaterial)>,
+    camera: CameraTable,
+    lights: &[PunctualLight],
+) -> Scene {
+    let lamps = !lights.is_empty() || parts.iter().any(|(_, m)| m.ke.is_some());
     let mut file = Body::default().obj(lambert(0.5));
     file.materials.clear();
     for (body, material) in parts {
@@ -29,8 +39,8 @@ fn scene(parts: Vec<(Body, MtlMaterial)>, camera: CameraTable) -> Scene {
         camera,
         size: (96, 64),
         environment: if lamps { Vec3::ZERO } else { Vec3::ONE }.into(),
+        lights: lights.to_vec(),
         roughness_threshold: 0.01,
-        ..Default::default()
     };
     let path = Path::new("test.obj");
     Scene::build(path, file, &settings, &mut Warnings::new(false)).unwrap()
@@ -157,6 +167,37 @@ fn a_room_lit_through_glass_is_seen_from_within() {
     let (scene, _, note) = settled(scene(parts, CameraTable::default()));
     assert!(note.is_some() && is_inside(&scene));
     assert!(lit(&scene) > 0.5);
+}
+
+/// A spot and a point in a closed room light it as a lamp does; a directional light shines on its outside.
+#[test]
+fn lights_without_extent_count_as_lamps() {
+    let room = || vec![(bodies::room(&[]).and(bodies::table()), lambert(0.7))];
+    let at = |position, cone| PunctualLight::Point {
+        position,
+        intensity: [5.0; 3],
+        cone,
+    };
+    let cone = Cone {
+        direction: [0.0, -1.0, 0.0],
+        cutoff_angle: 70.0,
+        beam_width: 60.0,
+    };
+    for light in [at([0.3, 2.3, 0.2], None), at([0.3, 2.3, 0.2], Some(cone))] {
+        let (scene, _, note) = settled(scene_with(room(), CameraTable::default(), &[light]));
+        assert!(note.is_some() && is_inside(&scene));
+        assert!(lit(&scene) > 0.5);
+    }
+    // From the left and above.
+    let sun = PunctualLight::Directional {
+        direction: [1.0, -0.3, 0.0],
+        irradiance: [2.0; 3],
+    };
+    let body = Body::default().block([-1.0; 3], [1.0; 3]);
+    let parts = vec![(body, lambert(0.7))];
+    let (scene, side, note) = settled(scene_with(parts, CameraTable::default(), &[sun]));
+    assert!(note.is_none() && !is_inside(&scene));
+    assert!(side.azimuth < 0.0 && lit(&scene) > 0.3, "{side:?}");
 }
 
 #[test]
