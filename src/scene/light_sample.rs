@@ -33,7 +33,7 @@ pub struct LightSamplesX8 {
     pub punctual: u32,
 }
 
-/// A point on a light, or a direction to the environment's map, however it was found.
+/// A point on a light, or a direction to what is far, however it was found.
 #[derive(Clone, Copy, Debug)]
 pub struct LightEnd {
     /// Where it is.
@@ -46,7 +46,7 @@ pub struct LightEnd {
 
 impl Scene {
     /// Draws points on lights that may light the points `from` in `lanes`, or directions to the environment, with `u`
-    /// in [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. It does not hold where no light
+    /// in [0, 1)³: the light (0) and the point on it (1, 2). There must be a light. A sample is not valid where no light
     /// comes from there. `PLAIN`: the lights are plain.
     #[inline(always)]
     pub fn sample_lights<const PLAIN: bool>(
