@@ -185,8 +185,10 @@ fn kind_for(method: RenderMethod, named: Option<Kind>, denoise: bool) -> Result<
     let is_pt = method == RenderMethod::Pt;
     match named {
         Some(kind) if is_pt && kind.needs_gradients() => {
-            let message = "--reconstruct needs gradients, which --method pt does not have (none and oidn do not)";
-            Err(Error::Setting(message.into()))
+            let others = Kind::names(|kind| !kind.needs_gradients());
+            Err(Error::Setting(format!(
+                "--reconstruct needs gradients, which --method pt does not have ({others} do not)"
+            )))
         }
         Some(kind) => Ok(kind),
         None => Ok(match (is_pt, denoise) {
@@ -206,7 +208,8 @@ fn reconstruction(
     warnings: &mut Warnings,
 ) -> Result<Method> {
     if alpha.is_some() && !kind.has_alpha() {
-        warnings.push("--alpha matters for --reconstruct l2 and l1 alone")?;
+        let those = Kind::names(Kind::has_alpha);
+        warnings.push(format!("--alpha matters for --reconstruct {those} alone"))?;
     }
     kind.method(alpha, threads)
 }

@@ -160,7 +160,11 @@ impl Bsdf {
             Bsdf::Plastic { albedo, ref coat } => {
                 Plastic::one(albedo, coat).eval_single(wo, transmits)
             }
-            _ => return None,
+            Bsdf::Mirror { .. }
+            | Bsdf::Lambert { .. }
+            | Bsdf::Conductor { .. }
+            | Bsdf::RoughGlass { .. }
+            | Bsdf::RoughThin { .. } => return None,
         };
         eval.held()
     }
@@ -194,7 +198,9 @@ impl Bsdf {
     pub fn ior(&self) -> f32 {
         match *self {
             Bsdf::Glass { ior, .. } | Bsdf::RoughGlass { ior, .. } => ior,
-            _ => 1.0,
+            Bsdf::Lambert { .. } | Bsdf::Plastic { .. } => 1.0,
+            Bsdf::Mirror { .. } | Bsdf::Conductor { .. } => 1.0,
+            Bsdf::Thin { .. } | Bsdf::RoughThin { .. } => 1.0,
         }
     }
 
@@ -206,7 +212,7 @@ impl Bsdf {
                 Bsdf::Glass { .. } | Bsdf::RoughGlass { .. } => true,
                 Bsdf::Thin { .. } | Bsdf::RoughThin { .. } => true,
                 Bsdf::Plastic { coat, .. } => coat.opacity < 1.0,
-                _ => false,
+                Bsdf::Lambert { .. } | Bsdf::Mirror { .. } | Bsdf::Conductor { .. } => false,
             }
     }
 
@@ -224,24 +230,22 @@ impl Bsdf {
 
     /// What textures would have to say to leave it as it is.
     pub fn parameters(&self) -> Parameters {
-        let alpha = match *self {
-            Bsdf::Conductor { alpha, .. } | Bsdf::RoughGlass { alpha, .. } => alpha,
-            Bsdf::RoughThin { alpha, .. } => alpha,
-            Bsdf::Plastic { coat, .. } => coat.alpha,
-            _ => 0.0,
+        let (alpha, metallic) = match *self {
+            Bsdf::Lambert { .. } | Bsdf::Mirror { .. } => (0.0, 0.0),
+            Bsdf::Glass { .. } | Bsdf::Thin { .. } => (0.0, 0.0),
+            Bsdf::Conductor { alpha, .. } | Bsdf::RoughGlass { alpha, .. } => (alpha, 0.0),
+            Bsdf::RoughThin { alpha, .. } => (alpha, 0.0),
+            Bsdf::Plastic { coat, .. } => (coat.alpha, coat.metallic),
         };
         Parameters {
             colour: self.colour(),
             alpha,
             specular: 1.0,
-            metallic: match self {
-                Bsdf::Plastic { coat, .. } => coat.metallic,
-                _ => 0.0,
-            },
+            metallic,
         }
     }
 
-    /// The same with the values of a texel.
+    /// The same with these values.
     #[inline]
     pub fn with(&self, parameters: &Parameters) -> Self {
         let Parameters {
@@ -294,7 +298,9 @@ impl Bsdf {
                 alpha,
                 tint: tint * tint,
             }),
-            _ => None,
+            Bsdf::Lambert { .. } | Bsdf::Plastic { .. } => None,
+            Bsdf::Mirror { .. } | Bsdf::Conductor { .. } => None,
+            Bsdf::Thin { .. } | Bsdf::RoughThin { .. } => None,
         }
     }
 
@@ -304,7 +310,9 @@ impl Bsdf {
     pub fn albedo(&self) -> Vec3 {
         match *self {
             Bsdf::Plastic { albedo, coat } => coat.total(albedo),
-            _ => self.colour(),
+            Bsdf::Lambert { .. } | Bsdf::Mirror { .. } | Bsdf::Conductor { .. } => self.colour(),
+            Bsdf::Glass { .. } | Bsdf::RoughGlass { .. } => self.colour(),
+            Bsdf::Thin { .. } | Bsdf::RoughThin { .. } => self.colour(),
         }
     }
 

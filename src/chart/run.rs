@@ -86,8 +86,10 @@ impl Run<'_> {
 
     fn method_name(&self, reconstruction: reconstruct::Method) -> String {
         match self.tracing.method {
-            Method::Pt if reconstruction.denoises() => "pt+oidn".to_owned(),
-            Method::Pt => name_of(Method::Pt),
+            Method::Pt => match reconstruction.kind().after_pt() {
+                Some(name) => name.to_owned(),
+                None => name_of(Method::Pt),
+            },
             Method::Gpt => picture::describe(reconstruction).0.to_owned(),
         }
     }

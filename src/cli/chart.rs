@@ -112,20 +112,22 @@ pub struct ChartMethod {
 impl ValueEnum for ChartMethod {
     fn value_variants<'a>() -> &'a [Self] {
         static ALL: LazyLock<Vec<ChartMethod>> = LazyLock::new(|| {
-            let pt = [Kind::None, Kind::Oidn].map(|kind| (Method::Pt, kind));
+            let kinds = || Kind::value_variants().iter().copied();
+            let pt = kinds().filter(|kind| !kind.needs_gradients()).rev();
+            let pt = pt.map(|kind| (Method::Pt, kind));
             // The primal of gradients is path tracing, at more cost.
-            let kinds = Kind::value_variants().iter().filter(|k| **k != Kind::None);
-            let gpt = kinds.map(|&kind| (Method::Gpt, kind));
+            let gpt = kinds().filter(|kind| *kind != Kind::None);
+            let gpt = gpt.map(|kind| (Method::Gpt, kind));
             let of = |(tracing, kind)| ChartMethod { tracing, kind };
-            pt.into_iter().chain(gpt).map(of).collect()
+            pt.chain(gpt).map(of).collect()
         });
         &ALL
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let (name, help) = match (self.tracing, self.kind) {
-            (Method::Pt, Kind::Oidn) => ("pt+oidn", "Path tracing, denoised"),
-            (Method::Pt, _) => ("pt", "Path tracing"),
+            (Method::Pt, Kind::None) => ("pt", "Path tracing"),
+            (Method::Pt, kind) => (kind.after_pt()?, "Path tracing, so made into a picture"),
             (Method::Gpt, kind) => (
                 kind.name(),
                 "Gradient-domain path tracing, so reconstructed",

@@ -6,6 +6,9 @@ use super::{guarded, text};
 use crate::error::{Error, Result, Warnings};
 use std::path::Path;
 
+/// The last `illum` of the format.
+pub const LAST_ILLUM: u8 = 10;
+
 /// One material with the parameters that were given.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MtlMaterial {

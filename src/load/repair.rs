@@ -1,7 +1,7 @@
 //! `[materials.NAME]` of the TOML: what wins over an MTL's material, key by key.
 
 use super::library::Named;
-use super::mtl::{self, MtlMaterial, Values};
+use super::mtl::{self, LAST_ILLUM, MtlMaterial, Values};
 use crate::error::{Error, Result, Warnings, listed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -55,12 +55,13 @@ impl Repair {
                     )));
                 }
                 (Values::Number, value) => {
+                    let illums = 0.0..=f64::from(LAST_ILLUM);
                     let whole =
-                        |x: &f64| key != "illum" || (x.fract() == 0.0 && (0.0..=10.0).contains(x));
+                        |x: &f64| key != "illum" || (x.fract() == 0.0 && illums.contains(x));
                     let number = number(value).filter(whole).ok_or_else(|| {
                         let what = match key {
-                            "illum" => "a whole number from 0 to 10",
-                            _ => "a number",
+                            "illum" => format!("a whole number from 0 to {LAST_ILLUM}"),
+                            _ => "a number".to_owned(),
                         };
                         fail(format!("{key} needs {what}, not {value}"))
                     })?;

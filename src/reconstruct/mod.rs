@@ -59,18 +59,109 @@ pub enum Method {
     Primal,
 }
 
+/// What is to be known of a reconstruction.
+struct Facts {
+    /// On the command line and in files.
+    name: &'static str,
+    /// Its name in charts where paths have no differences; `None` if it needs them.
+    after_pt: Option<&'static str>,
+    needs_halves: bool,
+    has_alpha: bool,
+    denoises: bool,
+    /// Whether the picture is linear in primal and differences.
+    is_linear: bool,
+    /// Whether its bias is more than a fraction of its error, so that the estimate of the error has to see it.
+    is_biased: bool,
+}
+
 impl Kind {
+    const fn facts(self) -> Facts {
+        let weighted = Facts {
+            name: "weighted",
+            after_pt: None,
+            needs_halves: true,
+            has_alpha: false,
+            denoises: false,
+            is_linear: true,
+            is_biased: false,
+        };
+        match self {
+            Kind::Weighted => weighted,
+            Kind::L2 => Facts {
+                name: "l2",
+                needs_halves: false,
+                has_alpha: true,
+                ..weighted
+            },
+            Kind::L1 => Facts {
+                name: "l1",
+                needs_halves: false,
+                has_alpha: true,
+                is_linear: false,
+                ..weighted
+            },
+            Kind::Guided => Facts {
+                name: "guided",
+                denoises: true,
+                is_linear: false,
+                is_biased: true,
+                ..weighted
+            },
+            Kind::Mix => Facts {
+                name: "mix",
+                denoises: true,
+                is_linear: false,
+                is_biased: true,
+                ..weighted
+            },
+            Kind::Oidn => Facts {
+                name: "oidn",
+                after_pt: Some("pt+oidn"),
+                needs_halves: false,
+                denoises: true,
+                is_linear: false,
+                is_biased: true,
+                ..weighted
+            },
+            Kind::None => Facts {
+                name: "none",
+                after_pt: Some("pt"),
+                needs_halves: false,
+                ..weighted
+            },
+        }
+    }
+
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::Weighted => "weighted",
-            Kind::L2 => "l2",
-            Kind::L1 => "l1",
-            Kind::Guided => "guided",
-            Kind::Mix => "mix",
-            Kind::Oidn => "oidn",
-            Kind::None => "none",
-        }
+        self.facts().name
+    }
+
+    /// Its name in charts after path tracing; `None` if it needs differences.
+    pub fn after_pt(self) -> Option<&'static str> {
+        self.facts().after_pt
+    }
+
+    /// Whether α matters.
+    pub fn has_alpha(self) -> bool {
+        self.facts().has_alpha
+    }
+
+    /// Whether it needs differences.
+    pub fn needs_gradients(self) -> bool {
+        self.facts().after_pt.is_none()
+    }
+
+    /// Whether it needs two halves of the samples.
+    pub fn needs_halves(self) -> bool {
+        self.facts().needs_halves
+    }
+
+    /// The names of those of which `is_one` says so, as a sentence has them.
+    pub fn names(mut is_one: impl FnMut(Kind) -> bool) -> String {
+        let all = Kind::value_variants().iter();
+        let names: Vec<&str> = all.filter(|k| is_one(**k)).map(|k| k.name()).collect();
+        names.join(" and ")
     }
 
     /// It with all that it needs: `alpha`, the paper's if absent, and a denoiser of so many threads; an error where that
@@ -86,21 +177,6 @@ impl Kind {
             Kind::Oidn => Method::Denoised(Denoiser::get(threads)?),
             Kind::None => Method::Primal,
         })
-    }
-
-    /// Whether α matters.
-    pub fn has_alpha(self) -> bool {
-        matches!(self, Kind::L2 | Kind::L1)
-    }
-
-    /// Whether it needs differences.
-    pub fn needs_gradients(self) -> bool {
-        !matches!(self, Kind::Oidn | Kind::None)
-    }
-
-    /// Whether it needs two halves of the samples.
-    pub fn needs_halves(self) -> bool {
-        matches!(self, Kind::Weighted | Kind::Guided | Kind::Mix)
     }
 }
 
@@ -120,7 +196,7 @@ impl Method {
 
     /// Whether a denoiser has a part in it.
     pub fn denoises(&self) -> bool {
-        matches!(self.kind(), Kind::Guided | Kind::Mix | Kind::Oidn)
+        self.kind().facts().denoises
     }
 }
 
@@ -274,18 +350,20 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         Method::Mix(denoiser) => return mix::solve(source, denoiser),
         method => method,
     };
-    let alpha = match method {
-        Method::L2(alpha) | Method::L1(alpha) => source.alpha(alpha),
-        _ => 0.0,
-    };
     let solve = |images: Images| match method {
-        Method::L2(_) => (l2::solve(&images.problem(), alpha), Solution::default()),
-        Method::L1(_) => l1::solve(&images.problem(), alpha),
+        Method::L2(alpha) => {
+            let picture = l2::solve(&images.problem(), source.alpha(alpha));
+            (picture, Solution::default())
+        }
+        Method::L1(alpha) => l1::solve(&images.problem(), source.alpha(alpha)),
         Method::Denoised(denoiser) => {
             let picture = denoiser.denoise(&images.primal, source.features);
             (picture, Solution::default())
         }
-        _ => (images.primal, Solution::default()),
+        // The others have been made by now, or need both halves.
+        Method::Primal | Method::Weighted | Method::Guided(_) | Method::Mix(_) => {
+            (images.primal, Solution::default())
+        }
     };
     if !source.has_halves() {
         let half = usize::from(source.samples[0] == 0);
@@ -307,7 +385,11 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         }
     };
     // Of what is linear in the values the halves are no detour.
-    let is_linear = !matches!(method, Method::L1(_) | Method::Denoised(_));
+    let Facts {
+        is_linear,
+        is_biased,
+        ..
+    } = method.kind().facts();
     let seconds_halves = if is_linear {
         0.0
     } else {
@@ -326,8 +408,7 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
     Reconstruction {
         picture,
         halves: Some(halves),
-        unbiased: matches!(method, Method::Denoised(_))
-            .then(|| [0, 1].map(|half| source.images(half).primal)),
+        unbiased: is_biased.then(|| [0, 1].map(|half| source.images(half).primal)),
         solution,
         seconds_halves,
     }

@@ -1,17 +1,15 @@
 //! The ranges of MTL parameters.
 
-use crate::load::mtl::MtlMaterial;
+use crate::load::mtl::{LAST_ILLUM, MtlMaterial};
 
 /// Refractive indices that are plausible, inside over outside.
 const INDICES: (f32, f32) = (0.1, 10.0);
-/// The largest `illum` of the format.
-const ILLUMS: u8 = 10;
 
 /// A material with all values inside their ranges, and what of it is changed, in words.
 pub fn clamped(material: &MtlMaterial) -> (MtlMaterial, Vec<String>) {
     let mut m = material.clone();
     let mut changes: Vec<String> = Vec::new();
-    if let Some(illum) = m.illum.filter(|&illum| illum > ILLUMS) {
+    if let Some(illum) = m.illum.filter(|&illum| illum > LAST_ILLUM) {
         changes.push(format!("illum {illum} is left out"));
         m.illum = None;
     }

@@ -292,10 +292,18 @@ fn kernels(scene: &Scene) -> Vec<String> {
         scene.lights.triangles(),
         scene.lights.punctual().points.len(),
     );
+    let count = |n: usize, what: &str| match n {
+        1 => format!("1 {what}"),
+        n => format!("{n} {what}s"),
+    };
     let lights = match (triangles, points) {
-        (_, 0) => format!("{triangles} triangles"),
-        (0, _) => format!("{points} points"),
-        _ => format!("{triangles} triangles and {points} points"),
+        (_, 0) => count(triangles, "triangle"),
+        (0, _) => count(points, "point"),
+        _ => format!(
+            "{} and {}",
+            count(triangles, "triangle"),
+            count(points, "point")
+        ),
     };
     if scene.lights.depend_on_place() {
         need(format!("light choice by place among {lights}"));
