@@ -62,7 +62,7 @@ Exit codes: 0 done; 1 failed (one scene of several, too), or a setting that is n
 goes on); 130 a picture ended so (what there was is written); 141 nobody reads standard output any
 more.")]
 pub struct RenderArgs {
-    /// The scenes; materials from the MTL, camera and environment from SCENE.toml beside each
+    /// The scenes; materials from the MTL; camera, lights and environment from SCENE.toml beside each
     #[arg(required = true, value_name = "SCENE.obj")]
     pub scenes: Vec<PathBuf>,
 

@@ -129,12 +129,11 @@ impl Lights {
         }
         let triangles = near.len();
         for (number, point) in (0..).zip(&punctual.points) {
-            let power = weight(point.intensity) * point.solid_angle() / std::f32::consts::PI;
-            powers.push(f64::from(power));
+            let mean = point.intensity.as_dvec3().element_sum() / 3.0;
+            powers.push(mean * f64::from(point.solid_angle()) / std::f64::consts::PI);
             near.push(NearLight {
                 corners: [point.position; 3],
                 radiance: point.intensity,
-                density: power,
                 triangle: NOT_A_TRIANGLE,
                 kind: Kind::Point(number),
                 ..NearLight::NONE
@@ -164,8 +163,12 @@ impl Lights {
         }
         let near_share = 1.0 - lights.far.share;
         if near.len() < MANY {
-            for light in &mut near {
-                light.density = (f64::from(light.density) / total * f64::from(near_share)) as f32;
+            for (light, power) in near.iter_mut().zip(&powers) {
+                let density = match light.kind {
+                    Kind::Point(_) => *power,
+                    Kind::Plain | Kind::Textured => f64::from(light.density),
+                };
+                light.density = (density / total * f64::from(near_share)) as f32;
             }
             lights.choice = Choice::Power(Alias::new(&powers));
         } else {
