@@ -522,7 +522,7 @@ fn pictures_are_those_of_mitsuba() {
 /// The shipped scenes with mirrors and glass, where most light comes by walks: of metal that reflects all in either
 /// renderer, and in `pane` of another sky.
 #[test]
-#[ignore = "Mitsuba takes a quarter of an hour; run it when walks or their weights change"]
+#[ignore = "takes five minutes; for changes of walks and their weights"]
 fn shipped_scenes_are_those_of_mitsuba() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
