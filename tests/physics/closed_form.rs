@@ -351,10 +351,8 @@ fn lights_without_extent_in_a_mirror() {
         [-1.5, 9.0, 9.0],
     ];
     let mirror = MtlMaterial {
-        pm: Some(1.0),
-        pr: Some(0.0),
         ks: Some([1.0; 3]),
-        ..Default::default()
+        ..common::mirror()
     };
     let spot = |x: f32, across: f32| {
         let direction = [across, -1.0, 0.2];
@@ -383,11 +381,7 @@ fn lights_without_extent_in_a_mirror() {
 /// A pane of index 1 between them and the floor is as if it were not there: walks alone find that light.
 #[test]
 fn lights_without_extent_behind_a_pane() {
-    let pane = MtlMaterial {
-        illum: Some(7),
-        ni: Some(1.0),
-        ..Default::default()
-    };
+    let pane = common::glass(1.0);
     let sheet = common::level(0.5, 4.0);
     let lights = [
         shining_at([0.2, 0.9, 0.1], 2.0, Some(CONE)),

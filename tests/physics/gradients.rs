@@ -209,19 +209,21 @@ fn filters() {
     }
 }
 
+/// A board on the floor around (`x`, `z`), as wide as twice `half`, turned by a slope.
+fn upright(half: f32, x: f32, z: f32, turn: f32) -> [[f32; 3]; 4] {
+    [(-half, 0.0), (half, 0.0), (half, 0.7), (-half, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
+}
+
 /// A lamp and its floor seen through panes, smooth and frosted, and through a half open board; the lamp lights
 /// what is behind them through them too.
 #[test]
 fn panes() {
-    let upright = |x: f32, z: f32, turn: f32| {
-        [(-0.3, 0.0), (0.3, 0.0), (0.3, 0.7), (-0.3, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
-    };
     let (floor, mut lamp) = (common::level(0.0, 2.0), common::level(1.2, 0.5));
     lamp.reverse();
     let sheets = [
-        upright(-0.6, 0.4, 0.5),
-        upright(0.1, 0.5, 0.0),
-        upright(0.7, 0.3, -0.4),
+        upright(0.3, -0.6, 0.4, 0.5),
+        upright(0.3, 0.1, 0.5, 0.0),
+        upright(0.3, 0.7, 0.3, -0.4),
     ];
     let all: [(&[[f32; 3]], usize); 5] = [
         (&floor, 0),
@@ -345,10 +347,7 @@ fn many_lamps() {
 fn lights_without_extent() {
     let (floor, mut lamp) = (common::level(0.0, 2.0), common::level(1.5, 0.3));
     lamp.reverse();
-    let board = |x: f32, z: f32, turn: f32| {
-        [(-0.4, 0.0), (0.4, 0.0), (0.4, 0.7), (-0.4, 0.7)].map(|(u, y)| [x + u, y, z + turn * u])
-    };
-    let boards = [board(-0.6, -0.2, 0.5), board(0.5, 0.1, -0.3)];
+    let boards = [upright(0.4, -0.6, -0.2, 0.5), upright(0.4, 0.5, 0.1, -0.3)];
     let all: [(&[[f32; 3]], usize); 4] =
         [(&floor, 0), (&lamp, 1), (&boards[0], 2), (&boards[1], 3)];
     let settings = gdpt::scene::SceneSettings {
