@@ -43,6 +43,8 @@ pub trait Float:
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     /// Square roots.
     fn root(self) -> Self;
+    /// Arcsines of numbers in [−1, 1].
+    fn arcsine(self) -> Self;
     /// Numbers without their signs.
     fn magnitude(self) -> Self;
     /// With the signs of `other`.
@@ -138,6 +140,10 @@ impl Float for f32 {
         self.sqrt()
     }
     #[inline(always)]
+    fn arcsine(self) -> Self {
+        self.asin()
+    }
+    #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
     }
@@ -228,6 +234,10 @@ impl Float for f32x8 {
     #[inline(always)]
     fn root(self) -> Self {
         self.sqrt()
+    }
+    #[inline(always)]
+    fn arcsine(self) -> Self {
+        self.asin()
     }
     #[inline(always)]
     fn magnitude(self) -> Self {

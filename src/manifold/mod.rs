@@ -12,7 +12,8 @@ mod shot;
 mod walk;
 
 use crate::scene::Scene;
-use crate::scene::reflectors::{Sequence, Target};
+use crate::scene::reflectors::Target;
+pub use crate::scene::reflectors::Through;
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
 use glam::Vec3;
@@ -29,16 +30,6 @@ pub struct Start {
     pub offset: f32,
     /// Its number k in the path: Russian roulette depends on it.
     pub k: u32,
-}
-
-/// By what a chain goes; with the target it leaves at most one chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Through {
-    /// Straight on: all that lies between vertex and target lets light pass and does not focus it. (Through curved glass
-    /// there may be several ways, and where these meet light is focused, and half vectors copied are the better shift.)
-    Passage,
-    /// Reflections at these reflectors, and nothing else.
-    Mirrors(Sequence),
 }
 
 /// A chain s_1 … s_m between a vertex and a target.
@@ -123,6 +114,10 @@ impl Walks {
                 may.then(there)
             }
             Through::Mirrors(by) => scene.reflectors.guess(&by, start.position, &target),
+            Through::Ball(reflector, branch) => {
+                let ball = scene.reflectors.ball(reflector);
+                ball.and_then(|ball| ball.guess(branch, start.position, &target))
+            }
         };
         let guess = guess.filter(|wi| wi.is_normalized());
         let index = self.walks.len() as u32;

@@ -67,10 +67,11 @@ impl Walk {
         let outcome = match self.through {
             Through::Mirrors(by) => self.reflect(scene, hit, by.numbers()),
             Through::Passage => self.pass(scene, hit),
+            Through::Ball(reflector, _) => self.pass_ball(scene, hit, reflector),
         };
         match outcome {
             Outcome::On => true,
-            Outcome::Through => self.correct(),
+            Outcome::Through => self.correct(scene),
             Outcome::Failed(failure) => self.retreat(failure),
         }
     }
@@ -128,8 +129,29 @@ impl Walk {
         }
     }
 
+    fn pass_ball(&mut self, scene: &Scene, hit: Option<Hit>, ball: u32) -> Outcome {
+        let Some(hit) = hit else {
+            return Outcome::Failed(Failure::Missed);
+        };
+        if scene.reflectors.of(hit.triangle) != Some(ball) {
+            return Outcome::Failed(Failure::Opaque);
+        }
+        let Interaction::Surface(vertex) = Interaction::new(scene, Some(hit), self.shot.direction)
+        else {
+            return Outcome::Failed(Failure::Opaque);
+        };
+        match self
+            .shot
+            .scatter(scene, &hit, &vertex, Lobe::Transmission, self.start.k)
+        {
+            Ok(()) if self.shot.vertices == 2 => Outcome::Through,
+            Ok(()) => Outcome::On,
+            Err(failure) => Outcome::Failed(failure),
+        }
+    }
+
     /// By how much the shot misses, and another one unless that is little.
-    fn correct(&mut self) -> bool {
+    fn correct(&mut self, scene: &Scene) -> bool {
         let shot = &self.shot;
         let (there, distance) = self.target.from(shot.position);
         // The miss as an angle, along two axes across the way to the target.
@@ -152,7 +174,7 @@ impl Walk {
             return self.retreat(Failure::Unsolved);
         }
         if angle < NEAR {
-            self.result = self.arrive(there, distance);
+            self.result = self.arrive(scene, there, distance);
             return false;
         }
         // How the miss changes: the ray turns, and the target is seen from elsewhere.
@@ -191,8 +213,15 @@ impl Walk {
     }
 
     /// The chain that has been found.
-    fn arrive(&self, there: Vec3, distance: f32) -> Result<Link, Failure> {
+    fn arrive(&self, scene: &Scene, there: Vec3, distance: f32) -> Result<Link, Failure> {
         let shot = &self.shot;
+        // Each way through a ball is that of one branch.
+        if let Through::Ball(reflector, branch) = self.through
+            && let Some(ball) = scene.reflectors.ball(reflector)
+            && ball.branch(self.start.position, shot.wi, &self.target) != branch
+        {
+            return Err(Failure::Unsolved);
+        }
         // The beam's cross-section at the target over the solid angle at the vertex, and what it covers there.
         let near = || [0, 1].map(|i| shot.moved[i] + shot.turned[i] * distance);
         let (section, cos) = match self.target {

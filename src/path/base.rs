@@ -5,7 +5,7 @@ use super::bounce::Flight;
 use super::chain::{self, Chains, Passages};
 use super::grid::Grid;
 use super::light::LightBlock;
-use super::link::Unseen;
+use super::link::{Unseen, Way};
 use super::manifold::{Found, Kept, Request};
 use super::plain::PlainPaths;
 use super::{Counts, Share, Tile, primary};
@@ -46,6 +46,9 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) kept: Vec<Kept<N>>,
     /// Of the light step, for each live block; empty where no light goes through glass.
     pub(super) unseen: Vec<Unseen>,
+    /// Of the light step: ways through balls of glass, with the live blocks, in order, and the lanes from which they are
+    /// tried.
+    pub(super) by_balls: Vec<(u32, usize, Way)>,
     pub(super) found: Vec<Found>,
     pub(super) requests: Vec<Request<N>>,
     pub(super) walks: Walks,

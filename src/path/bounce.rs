@@ -174,9 +174,11 @@ impl<const N: usize> BasePaths<N> {
             arrival.put::<DIFFUSE>(scene, &hits, &mut next);
             if !DIFFUSE && context.walks {
                 for lane in lanes_of(arrival.ends) {
-                    let in_chain = self.chains.get(block.chain[lane]).is_some();
-                    if let Some(end) = light_end(scene, &hits, lane).filter(|_| in_chain) {
-                        self.found.push(Found::new(index, lane, end));
+                    if let Some(chain) = self.chains.get(block.chain[lane])
+                        && let Some(end) = light_end(scene, &hits, lane)
+                        && let Some(through) = chain.through(scene, &end.target)
+                    {
+                        self.found.push(Found::new(index, lane, (end, through)));
                         flight.by_chain |= 1 << lane;
                     }
                 }
@@ -397,21 +399,23 @@ impl<const N: usize> Flight<N> {
         // Where the base path goes on.
         let goes_on = copies & self.surfaces;
         let both = goes_on & surfaces;
-        let same = both & !(own.rough ^ block.vertices.rough);
+        let mut same = both & !(own.rough ^ block.vertices.rough);
         counts.die(Death::Missed, goes_on & !surfaces);
         counts.die(Death::Class, both & !same);
-        follower.arrived = same;
 
         // Where it has reached light.
         let mut other_kind = 0;
         if context.walks {
-            block.passages.arrive_own(scene, j, &hits, same);
+            let elsewhere = block.passages.arrive_own(scene, j, &hits, same);
+            counts.die(Death::Class, elsewhere);
+            same &= !elsewhere;
             other_kind = block.passages.spared_alone(j);
             if scene.environment.map().is_none() {
                 // No walk leads to the environment.
                 other_kind &= !self.environment;
             }
         }
+        follower.arrived = same;
         for lane in lanes_of(copies & self.ends) {
             let at_environment = self.environment >> lane & 1 == 1;
             let found = match Interaction::in_lane(scene, &hits, lane) {

@@ -4,7 +4,7 @@
 use crate::lanes::{LANES, lanes_of};
 use crate::manifold::{Link, Start, Through, trail};
 use crate::scene::Scene;
-use crate::scene::reflectors::Sequence;
+use crate::scene::reflectors::{Sequence, Target};
 use crate::trace::rays::HitsX8;
 use crate::vertex::ScatteringX8;
 use glam::Vec3;
@@ -23,13 +23,27 @@ pub(super) struct Chain {
     pub(super) pdf: f32,
     /// What else is known of x_r: a number for whoever began the chain.
     pub(super) note: u32,
-    /// By what it has gone, once it has scattered.
-    through: Option<Through>,
+    gone: Gone,
     /// The reflector at which it is, and the triangle.
     reflector: Option<u32>,
     triangle: u32,
     /// By which triangles it has gone, see [`trail`].
     trail: u32,
+}
+
+/// By what a chain has gone.
+#[derive(Clone, Copy, Debug)]
+enum Gone {
+    /// It has not scattered yet.
+    Nowhere,
+    /// Through what does not focus.
+    Passing,
+    /// By reflections alone.
+    Mirrors(Sequence),
+    /// Into this ball of glass.
+    Into(u32),
+    /// And out of it.
+    OutOf(u32),
 }
 
 /// The chains of the paths of a tile.
@@ -39,6 +53,20 @@ pub(super) struct Chains {
 }
 
 impl Chain {
+    /// By what a walk could have found it, if it ends at `target`.
+    pub(super) fn through(&self, scene: &Scene, target: &Target) -> Option<Through> {
+        match self.gone {
+            Gone::Nowhere | Gone::Into(_) => None,
+            Gone::Passing => Some(Through::Passage),
+            Gone::Mirrors(by) => Some(Through::Mirrors(by)),
+            Gone::OutOf(reflector) => {
+                let ball = scene.reflectors.ball(reflector)?;
+                let branch = ball.branch(self.start.position, self.wi, target);
+                Some(Through::Ball(reflector, branch))
+            }
+        }
+    }
+
     /// Whether a walk has found this chain.
     pub(super) fn is(&self, link: &Link) -> bool {
         // Others by the same triangles are far off. By others they may be close, as on a finely faceted ball; those
@@ -71,7 +99,7 @@ impl Chains {
             wi,
             pdf,
             note,
-            through: None,
+            gone: Gone::Nowhere,
             reflector: None,
             triangle: 0,
             trail: 0,
@@ -79,10 +107,9 @@ impl Chains {
         (self.list.len() - 1) as u32
     }
 
-    /// The chain `at`, if it has scattered.
-    pub(super) fn get(&self, at: u32) -> Option<(&Chain, Through)> {
-        let chain = self.list.get(at as usize)?;
-        Some((chain, chain.through?))
+    /// The chain `at`, if it is one.
+    pub(super) fn get(&self, at: u32) -> Option<&Chain> {
+        self.list.get(at as usize)
     }
 
     /// Goes on from where the chain is, in a single direction; the chain then, if a walk could find it.
@@ -90,13 +117,19 @@ impl Chains {
         let Some(chain) = self.list.get_mut(at as usize) else {
             return NONE;
         };
-        let focuses = |r: u32| scene.reflectors.focuses(r);
-        chain.through = match (chain.through, chain.reflector, transmits) {
-            (None | Some(Through::Passage), Some(r), true) if !focuses(r) => Some(Through::Passage),
-            (None, Some(reflector), false) => Some(Through::Mirrors(Sequence::of(reflector))),
-            (Some(Through::Mirrors(so_far)), Some(reflector), false) => match so_far.and(reflector)
-            {
-                Some(by) => Some(Through::Mirrors(by)),
+        let Some(reflector) = chain.reflector else {
+            return NONE;
+        };
+        let focuses = scene.reflectors.focuses(reflector);
+        chain.gone = match (chain.gone, transmits) {
+            (Gone::Nowhere | Gone::Passing, true) if !focuses => Gone::Passing,
+            (Gone::Nowhere, true) if scene.reflectors.ball(reflector).is_some() => {
+                Gone::Into(reflector)
+            }
+            (Gone::Into(ball), true) if ball == reflector => Gone::OutOf(ball),
+            (Gone::Nowhere, false) => Gone::Mirrors(Sequence::of(reflector)),
+            (Gone::Mirrors(so_far), false) => match so_far.and(reflector) {
+                Some(by) => Gone::Mirrors(by),
                 None => return NONE,
             },
             _ => return NONE,
@@ -147,9 +180,9 @@ impl Chains {
     }
 }
 
-/// Of paths that have done nothing but pass since their last rough vertices: which have met what focuses. Those that
-/// have not are a walk's, with the walk's shift; the others copy half vectors. A copy must be of its base path's kind,
-/// or the shift could not be undone.
+/// Of paths that have done nothing but pass since their last rough vertices: what they have met that focuses. Those that
+/// have met nothing, or a ball of glass alone, are a walk's, with the walk's shift; the others copy half vectors. A copy
+/// must be of its base path's kind, or the shift could not be undone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passages<const N: usize> {
     /// The lanes of base paths that have done nothing but pass.
@@ -158,6 +191,8 @@ pub(super) struct Passages<const N: usize> {
     focused: u32,
     /// The same of the offset paths.
     offsets: [u32; N],
+    /// The balls at which the base paths are, or [`NONE`].
+    balls: [u32; LANES],
 }
 
 impl<const N: usize> Passages<N> {
@@ -165,6 +200,7 @@ impl<const N: usize> Passages<N> {
         passing: 0,
         focused: 0,
         offsets: [0; N],
+        balls: [NONE; LANES],
     };
 
     /// The base paths have scattered: those that `begin` leave rough vertices, those that `pass` go on as before.
@@ -179,17 +215,43 @@ impl<const N: usize> Passages<N> {
     pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32, rough: u32) {
         self.passing &= !(surfaces & rough);
         self.focused |= focusing(scene, hits, surfaces & self.passing);
+        if !scene.reflectors.balls().is_empty() {
+            for lane in lanes_of(surfaces & self.passing) {
+                self.balls[lane] = ball_at(scene, hits, lane);
+            }
+        }
     }
 
-    /// The offset paths `j` have arrived at `surfaces`.
-    pub(super) fn arrive_own(&mut self, scene: &Scene, j: usize, hits: &HitsX8, surfaces: u32) {
+    /// The offset paths `j` have arrived at `surfaces`; the lanes in which they are at another ball than their base
+    /// paths, or one of the two is at none.
+    pub(super) fn arrive_own(
+        &mut self,
+        scene: &Scene,
+        j: usize,
+        hits: &HitsX8,
+        surfaces: u32,
+    ) -> u32 {
         self.offsets[j] |= focusing(scene, hits, surfaces & self.passing);
+        if scene.reflectors.balls().is_empty() {
+            return 0;
+        }
+        let elsewhere = |lane: &usize| ball_at(scene, hits, *lane) != self.balls[*lane];
+        lanes_of(surfaces & self.passing)
+            .filter(elsewhere)
+            .fold(0, |bits, lane| bits | 1 << lane)
     }
 
     /// The lanes in which an offset path `j` has met nothing that focuses, and its base path has.
     pub(super) fn spared_alone(&self, j: usize) -> u32 {
         self.passing & self.focused & !self.offsets[j]
     }
+}
+
+/// The ball of glass that a ray has met, or [`NONE`].
+fn ball_at(scene: &Scene, hits: &HitsX8, lane: usize) -> u32 {
+    let reflector = scene.reflectors.of(hits.triangle[lane]);
+    let is_ball = |r: &u32| scene.reflectors.ball(*r).is_some();
+    reflector.filter(is_ball).unwrap_or(NONE)
 }
 
 /// The lanes of `surfaces` in which these focus what passes.

@@ -2,6 +2,7 @@
 //! the base path and, with the same point, for its offset paths.
 
 use super::base::{BasePaths, Block, Own};
+use super::link::by_balls;
 use super::{Context, trace_any};
 use crate::bsdf::Evals;
 use crate::geometry::Seen;
@@ -217,13 +218,15 @@ impl<const N: usize> BasePaths<N> {
         draw(live.map(|block| &block.samplers), k, &mut self.numbers);
         self.lights.resize(self.live.len(), LightBlock::DARK);
         let through_glass = !DIFFUSE && context.walks_through_glass();
+        let through_balls = !DIFFUSE && context.walks_through_balls();
         self.unseen.clear();
+        self.by_balls.clear();
         let own = Own {
             grid: &self.grid,
             stored: &self.own,
         };
         let steps = self.live.iter().zip(&mut self.lights);
-        for ((&at, to), &[u0, u1, u2, _]) in steps.zip(&self.numbers) {
+        for (index, ((&at, to), &[u0, u1, u2, _])) in steps.zip(&self.numbers).enumerate() {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
             // A path through a specular vertex is found by BSDF sampling alone.
@@ -238,6 +241,13 @@ impl<const N: usize> BasePaths<N> {
             let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
             if through_glass {
                 self.unseen.push((light, rough));
+            }
+            if through_balls {
+                let (from, samplers) = ((x.position, k), &block.samplers);
+                let found = &mut self.by_balls;
+                by_balls(context, from, samplers, &light, rough, |lane, way, _| {
+                    found.push((index as u32, lane, way));
+                });
             }
             let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
             to.base = ConnectionX8 {

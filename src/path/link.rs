@@ -2,13 +2,13 @@
 //! bring, in lanes.
 
 use super::Context;
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::manifold::{Start, Through, Walks};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::scene::light::Source;
 use crate::scene::light_sample::{LightEnd, LightSamplesX8};
-use crate::scene::reflectors::{Choice, Target, Targets};
+use crate::scene::reflectors::{Branch, Choice, Target, Targets};
 use crate::trace::rays::HitsX8;
 use crate::vertex::{Interaction, VerticesX8};
 use wide::f32x8;
@@ -35,6 +35,9 @@ pub(super) fn start(vertices: &VerticesX8, lane: usize, k: u32) -> Start {
 /// A walk to be made from a vertex in a lane: to where, and by what.
 pub(super) type Way = (LightEnd, Through);
 
+/// Walks to be made from eight vertices.
+pub(super) type Ways = [Option<Way>; LANES];
+
 /// Ways to samples of light by mirrors from the vertices in `lanes`, where they are tried, and the probabilities
 /// P(σ) of that; with `u` in [0, 1).
 pub(super) fn by_mirrors(
@@ -43,7 +46,7 @@ pub(super) fn by_mirrors(
     light: &LightSamplesX8,
     lanes: u32,
     u: f32x8,
-) -> ([Option<Way>; LANES], f32x8) {
+) -> (Ways, f32x8) {
     let lanes = lanes & light.valid.to_bitmask();
     let targets = Targets {
         place: light.position,
@@ -56,22 +59,77 @@ pub(super) fn by_mirrors(
     (std::array::from_fn(way), probability)
 }
 
+/// Calls `ask` with the ways to samples of light through balls of glass from the vertices x_k in `lanes`, where they are
+/// tried: with the lane, the way and its probability P(σ).
+#[inline(always)]
+pub(super) fn by_balls(
+    context: Context,
+    (from, k): (Vec3x8, u32),
+    samplers: &[Sampler; LANES],
+    light: &LightSamplesX8,
+    lanes: u32,
+    mut ask: impl FnMut(usize, Way, f32),
+) {
+    let lanes = lanes & light.valid.to_bitmask();
+    if lanes == 0 {
+        return;
+    }
+    let targets = Targets {
+        place: light.position,
+        distant: mask_of(light.far),
+    };
+    for (reflector, ball) in context.scene.reflectors.balls() {
+        // Lights that have their backs to all of it.
+        let height = light.ng.dot(Vec3x8::splat(ball.centre) - light.position);
+        let behind = height.simd_lt(f32x8::splat(-ball.radius)).to_bitmask();
+        let lanes = lanes & !(behind & !light.far & !light.punctual);
+        if lanes == 0 {
+            continue;
+        }
+        let probabilities = ball.probabilities(from, &targets, context.always());
+        for (branch, probability) in Branch::ALL.into_iter().zip(probabilities) {
+            for lane in lanes_of(lanes & positive(probability).to_bitmask()) {
+                let probability = probability.lane(lane);
+                if samplers[lane].coin(!k) < probability
+                    && let Some(end) = light.lane(lane)
+                {
+                    ask(lane, (end, Through::Ball(*reflector, branch)), probability);
+                }
+            }
+        }
+    }
+}
+
 /// The probabilities P(σ) of trying these ways from the points `from`.
-pub(super) fn probability(context: Context, from: Vec3x8, ways: &[Option<Way>; LANES]) -> f32x8 {
+pub(super) fn probability(context: Context, from: Vec3x8, ways: &Ways) -> f32x8 {
+    let reflectors = &context.scene.reflectors;
+    let targets = || Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
+    let mut probability = f32x8::ONE;
     let mirrors = ways.map(|way| match way {
         Some((_, Through::Mirrors(by))) => Some(by),
         _ => None,
     });
-    let mut probability = f32x8::ONE;
     if mirrors.iter().any(Option::is_some) {
-        let targets = Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
-        let reflectors = &context.scene.reflectors;
-        let by_mirrors = reflectors.probability(&mirrors, from, &targets, context.always());
+        let by_mirrors = reflectors.probability(&mirrors, from, &targets(), context.always());
         let lanes = (0..LANES).fold(0, |bits, lane| {
             bits | u32::from(mirrors[lane].is_some()) << lane
         });
         let by_mirrors = by_mirrors * f32x8::splat(context.tried());
         probability = mask_of(lanes).select(by_mirrors, probability);
+    }
+    for &(reflector, ball) in reflectors.balls() {
+        let through_it = |way: &Option<Way>| match *way {
+            Some((_, Through::Ball(r, branch))) if r == reflector => Some(branch),
+            _ => None,
+        };
+        if ways.iter().any(|way| through_it(way).is_some()) {
+            let by_branch = ball.probabilities(from, &targets(), context.always());
+            for (lane, way) in ways.iter().enumerate() {
+                if let Some(branch) = through_it(way) {
+                    probability.set_lane(lane, by_branch[branch as usize].lane(lane));
+                }
+            }
+        }
     }
     probability
 }
@@ -121,7 +179,7 @@ impl LinksX8 {
         solved: &Walks,
         (from, k): (&VerticesX8, u32),
         walks: &[u32; LANES],
-        (ways, probability): (&[Option<Way>; LANES], f32x8),
+        (ways, probability): (&Ways, f32x8),
         lanes: u32,
     ) -> Self {
         let mut links = Self {

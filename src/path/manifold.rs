@@ -15,7 +15,6 @@ use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::manifold::{Through, Walks};
 use crate::scene::Scene;
-use crate::scene::light_sample::LightEnd;
 use crate::shift::{Death, OffsetsX8};
 use crate::vertex::VerticesX8;
 use wide::f32x8;
@@ -81,6 +80,7 @@ impl<const N: usize> BasePaths<N> {
         self.walks.clear();
         let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
         draw(live.map(|block| &block.samplers), k, &mut self.numbers);
+        let mut by_balls = self.by_balls.iter().peekable();
         for (index, &at) in self.live.iter().enumerate() {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
@@ -96,6 +96,16 @@ impl<const N: usize> BasePaths<N> {
                     let way = sampled.lane(lane).map(|end| (end, Through::Passage));
                     request.ask(scene, &mut self.walks, x, lane, way);
                 }
+            }
+            let before = requests.len();
+            while let Some(&(_, lane, way)) = by_balls.next_if(|(of, ..)| *of == index as u32) {
+                // One way of a lane in each request.
+                let is_open = |r: &&mut Request<N>| r.lanes >> lane & 1 == 0;
+                let request = match requests[before..].iter_mut().position(|r| is_open(&r)) {
+                    Some(place) => &mut requests[before + place],
+                    None => Request::begin(&mut requests, (index as u32, None), k),
+                };
+                request.ask(scene, &mut self.walks, x, lane, Some(way));
             }
             let tried = lanes_of(rough).filter(|&lane| context.tries(&block.samplers[lane], k));
             let tried = tried.fold(0, |bits, lane| bits | 1 << lane);
@@ -124,7 +134,7 @@ impl<const N: usize> BasePaths<N> {
         for found in &self.found {
             let block = &self.blocks[self.live[found.index as usize] as usize];
             let at = block.chain[found.lane];
-            let Some((chain, through)) = self.chains.get(at) else {
+            let Some(chain) = self.chains.get(at) else {
                 continue;
             };
             // Those that began together go together.
@@ -141,8 +151,13 @@ impl<const N: usize> BasePaths<N> {
                 }
             };
             let x = &self.kept[chain.note as usize].vertices;
-            let way = Some((found.end, through));
-            request.ask(context.scene, &mut self.walks, x, found.lane, way);
+            request.ask(
+                context.scene,
+                &mut self.walks,
+                x,
+                found.lane,
+                Some(found.way),
+            );
             request.chains[found.lane] = at;
         }
         self.answer(context, &mut requests);
@@ -164,6 +179,13 @@ impl<const N: usize> BasePaths<N> {
                 Some((_, Through::Mirrors(by))) => {
                     let names: Vec<&str> = by.numbers().iter().map(name).collect();
                     format!("by {}", names.join(" and "))
+                }
+                Some((_, Through::Ball(reflector, branch))) => {
+                    format!(
+                        "through a ball of {}, {}",
+                        name(&reflector),
+                        branch.describe()
+                    )
                 }
                 _ => "through glass".to_owned(),
             };
@@ -233,7 +255,7 @@ impl<const N: usize> BasePaths<N> {
             for lane in lanes_of(request.lanes) {
                 let found = match walks.link(request.walks[lane]) {
                     Ok(link) => match self.chains.get(request.chains[lane]) {
-                        Some((chain, _)) => chain.is(link),
+                        Some(chain) => chain.is(link),
                         None => fits(context, request.k, link.vertices),
                     },
                     Err(_) => false,
@@ -283,15 +305,15 @@ pub(super) struct Walked<const N: usize> {
 pub(super) struct Found {
     index: u32,
     lane: usize,
-    end: LightEnd,
+    way: Way,
 }
 
 impl Found {
-    pub(super) fn new(index: usize, lane: usize, end: LightEnd) -> Self {
+    pub(super) fn new(index: usize, lane: usize, way: Way) -> Self {
         Self {
             index: index as u32,
             lane,
-            end,
+            way,
         }
     }
 }

@@ -128,9 +128,14 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether walks through glass follow the light step.
+    /// Whether walks straight through glass follow the light step, with its samples that are not seen.
     fn walks_through_glass(&self) -> bool {
         self.walks && self.scene.reflectors.let_light_pass()
+    }
+
+    /// Whether walks through balls of glass follow the light step, with its samples.
+    fn walks_through_balls(&self) -> bool {
+        self.walks && !self.scene.reflectors.balls().is_empty()
     }
 
     /// Whether walks through mirrors are made wherever they may lead to light.

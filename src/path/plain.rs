@@ -37,6 +37,9 @@ pub(super) struct PlainPaths {
     chains: Chains,
     /// Of the light step, for each block; empty where no light goes through glass.
     unseen: Vec<Unseen>,
+    /// Of the light step: ways through balls of glass, the blocks and lanes from which they are tried, and with what
+    /// probability.
+    by_balls: Vec<(u32, usize, Way, f32)>,
     requests: Vec<Request>,
     /// The blocks and lanes of vertices that try walks by mirrors.
     tries: Vec<(u32, u32)>,
@@ -86,14 +89,14 @@ struct Request {
     throughput: Vec3x8,
     index: [u32; LANES],
     lanes: u32,
-    ways: [Option<Way>; LANES],
+    ways: link::Ways,
     /// P(σ) of the ways.
     probability: f32x8,
     walks: [u32; LANES],
 }
 
 impl Request {
-    fn new(ways: [Option<Way>; LANES], probability: f32x8) -> Self {
+    fn new(ways: link::Ways, probability: f32x8) -> Self {
         Self {
             vertices: VerticesX8::NONE,
             throughput: Vec3x8::ZERO,
@@ -103,6 +106,13 @@ impl Request {
             probability,
             walks: [0; LANES],
         }
+    }
+
+    /// Takes a vertex from a block.
+    fn copy(&mut self, to: usize, block: &PlainBlock, from: usize) {
+        self.vertices.copy::<false>(to, &block.vertices, from);
+        self.throughput.set(to, block.throughput.lane(from));
+        self.index[to] = block.index[from];
     }
 
     /// Adds the walks of the ways in `lanes`.
@@ -257,7 +267,9 @@ impl PlainPaths {
         self.lit.clear();
         self.shadow.clear();
         self.unseen.clear();
+        self.by_balls.clear();
         let through_glass = !DIFFUSE && context.walks_through_glass();
+        let through_balls = !DIFFUSE && context.walks_through_balls();
         let samplers = self.blocks.iter().map(|block| &block.samplers);
         light::draw(samplers, k, &mut self.numbers);
         for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
@@ -276,6 +288,13 @@ impl PlainPaths {
             let rays = shadow_rays::<DIFFUSE>(x, &light);
             if through_glass {
                 self.unseen.push((light, rough & !to_light.valid));
+            }
+            if through_balls {
+                let (from, samplers) = ((x.position, k), &block.samplers);
+                let found = &mut self.by_balls;
+                link::by_balls(context, from, samplers, &light, rough, |lane, way, p| {
+                    found.push((at as u32, lane, way, p));
+                });
             }
             for lane in lanes_of(to_light.valid & rough) {
                 self.shadow.push(&rays.lane(lane));
@@ -318,6 +337,21 @@ impl PlainPaths {
                 self.requests.push(request);
             }
         }
+        for tried in self.by_balls.chunks(LANES) {
+            let mut request = Request::new([None; LANES], f32x8::ONE);
+            let mut lanes = 0;
+            for (to, &(at, lane, way, probability)) in tried.iter().enumerate() {
+                let block = &self.blocks[at as usize];
+                request.copy(to, block, lane);
+                request.ways[to] = Some(way);
+                request.probability.set_lane(to, probability);
+                lanes |= u32::from(block.throughput.lane(lane) != Vec3::ZERO) << to;
+            }
+            if lanes != 0 {
+                request.ask(context, &mut self.walks, k, lanes);
+                self.requests.push(request);
+            }
+        }
         self.try_mirrors(context, k);
         self.walks.solve(context.scene, context.tracer);
         for request in &self.requests {
@@ -353,9 +387,7 @@ impl PlainPaths {
             let mut samplers = [Sampler::NONE; LANES];
             for (to, &(at, lane)) in tries.iter().enumerate() {
                 let (block, from) = (&self.blocks[at as usize], lane as usize);
-                request.vertices.copy::<false>(to, &block.vertices, from);
-                request.throughput.set(to, block.throughput.lane(from));
-                request.index[to] = block.index[from];
+                request.copy(to, block, from);
                 samplers[to] = block.samplers[from];
             }
             link::draw([&samplers], k, &mut self.numbers);
@@ -375,7 +407,7 @@ impl PlainPaths {
     fn walk_again(&mut self, context: Context) {
         self.walks.clear();
         for found in &mut self.found {
-            if let Some((chain, _)) = self.chains.get(found.chain) {
+            if let Some(chain) = self.chains.get(found.chain) {
                 let (end, through) = found.way;
                 found.walk = self
                     .walks
@@ -385,7 +417,7 @@ impl PlainPaths {
         self.walks.solve(context.scene, context.tracer);
         for found in self.found.drain(..) {
             let mut by_walk = 0.0;
-            if let (Some((chain, _)), Ok(link)) =
+            if let (Some(chain), Ok(link)) =
                 (self.chains.get(found.chain), self.walks.link(found.walk))
                 && chain.is(link)
             {
@@ -477,8 +509,9 @@ impl PlainPaths {
                 block.chain = flight.chain;
                 for lane in lanes_of(arrival.ends) {
                     let chain = flight.chain[lane];
-                    if let Some((_, through)) = self.chains.get(chain)
+                    if let Some(gone) = self.chains.get(chain)
                         && let Some(end) = light_end(context.scene, &hits, lane)
+                        && let Some(through) = gone.through(context.scene, &end.target)
                     {
                         ends &= !(1 << lane);
                         self.found.push(Found {

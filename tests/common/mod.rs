@@ -54,6 +54,26 @@ pub fn polygons(
     materials: Vec<MtlMaterial>,
     settings: &SceneSettings,
 ) -> Scene {
+    polygons_and_balls(polygons, &[], materials, settings)
+}
+
+/// A ball with normals, or an ellipsoid.
+pub struct SmoothBall {
+    pub centre: Vec3,
+    /// Its radii along the axes.
+    pub radii: Vec3,
+    /// See [`sphere`].
+    pub level: u32,
+    pub material: usize,
+}
+
+/// A scene of polygons and balls.
+pub fn polygons_and_balls(
+    polygons: &[(&[[f32; 3]], usize)],
+    balls: &[SmoothBall],
+    materials: Vec<MtlMaterial>,
+    settings: &SceneSettings,
+) -> Scene {
     let mut file = ObjFile {
         materials,
         ..Default::default()
@@ -65,6 +85,22 @@ pub fn polygons(
         for i in 1..corners.len() as u32 - 1 {
             file.triangles.push([first, first + i, first + i + 1]);
             file.material_of.push(*material as u32);
+        }
+    }
+    if !balls.is_empty() {
+        file.normal_triangles
+            .resize(file.triangles.len(), [gdpt::load::obj::NONE; 3]);
+    }
+    for ball in balls {
+        for corners in sphere(ball.level) {
+            let next = |length: usize| [0, 1, 2].map(|i| length as u32 + i);
+            file.triangles.push(next(file.positions.len()));
+            file.normal_triangles.push(next(file.normals.len()));
+            file.positions
+                .extend(corners.map(|p| ball.centre + p * ball.radii));
+            file.normals
+                .extend(corners.map(|p| (p / ball.radii).normalize()));
+            file.material_of.push(ball.material as u32);
         }
     }
     Scene::build(

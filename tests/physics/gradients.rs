@@ -52,8 +52,13 @@ fn accumulate(means: &mut Vec<Mean>, images: &[&Image]) {
 
 /// dx, dy and picture by path tracing, by light and BSDF sampling alone.
 pub(super) fn reference(scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
+    reference_at(64, scene, tracer)
+}
+
+/// As above, of so many samples: of few of them light that is rarely found has no normal distribution.
+pub(super) fn reference_at(spp: u64, scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
     let render = Render {
-        spp: 64,
+        spp,
         manifold: Manifold::Off,
         ..Render::default()
     };

@@ -201,10 +201,11 @@ fn materials(scene: &Scene) -> (Vec<MaterialInfo>, Vec<String>) {
 
 fn reflectors(scene: &Scene) -> Vec<ReflectorInfo> {
     let list = scene.reflectors.list().iter();
-    let info = list.map(|r| ReflectorInfo {
+    let info = list.zip(0..).map(|(r, number)| ReflectorInfo {
         material: scene.materials[r.material as usize].name.clone(),
         form: match r.form {
             Form::Plane(_) => "flat",
+            Form::Curved(_) if scene.reflectors.ball(number).is_some() => "ball",
             Form::Curved(_) => "curved",
         },
         triangles: r.triangles,

@@ -4,92 +4,21 @@
 //! A *reflector* is a connected surface of that kind: a plane, or what is curved by the normals of its corners. Found
 //! once, when the scene is built.
 
+mod ball;
 mod choice;
 mod connected;
+mod find;
 mod guess;
 mod plane;
+mod target;
 
+pub use ball::{Ball, Branch};
 pub use choice::Choice;
 pub use plane::Plane;
+pub use target::{Target, Targets};
 
-use super::light_grid::{Emitter, LightGrid};
-use super::material::{Class, Material};
-use super::mesh::Mesh;
-use crate::bsdf::{Bsdf, fresnel};
-use crate::lanes::{Float, LANES, Vec3x8, Vector, mask_of};
-use connected::{Edges, Groups};
+use super::light_grid::LightGrid;
 use glam::Vec3;
-use std::collections::{BTreeMap, HashMap};
-use wide::f32x8;
-
-/// Where a chain of single directions ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Target {
-    /// On a light that is a surface.
-    Surface {
-        /// Where.
-        position: Vec3,
-        /// Unit normal of the side that emits.
-        ng: Vec3,
-        /// Distance by which rays end before the surface.
-        offset: f32,
-    },
-    /// A light that is a point.
-    Point(Vec3),
-    /// In the environment, or a directional light: the unit direction to it.
-    Direction(Vec3),
-}
-
-/// Targets in lanes.
-#[derive(Clone, Copy, Debug)]
-pub struct Targets<F: Float> {
-    /// Points, or unit directions.
-    pub place: Vector<F>,
-    /// Where they are directions.
-    pub distant: F::Mask,
-}
-
-impl Target {
-    /// The way to it from `p`, of any length.
-    #[inline]
-    pub fn towards(&self, p: Vec3) -> Vec3 {
-        match *self {
-            Target::Surface { position, .. } | Target::Point(position) => position - p,
-            Target::Direction(direction) => direction,
-        }
-    }
-}
-
-impl Targets<f32x8> {
-    /// Those that there are.
-    pub fn gather(target: impl Fn(usize) -> Option<Target>) -> Self {
-        let (mut place, mut distant) = (Vec3x8::ZERO, 0);
-        for lane in 0..LANES {
-            match target(lane) {
-                Some(Target::Surface { position, .. } | Target::Point(position)) => {
-                    place.set(lane, position);
-                }
-                Some(Target::Direction(direction)) => {
-                    place.set(lane, direction);
-                    distant |= 1 << lane;
-                }
-                None => (),
-            }
-        }
-        Self {
-            place,
-            distant: mask_of(distant),
-        }
-    }
-
-    /// That of a lane, in all.
-    fn lane(&self, lane: usize) -> Self {
-        Self {
-            place: Vec3x8::splat(self.place.lane(lane)),
-            distant: mask_of(0u32.wrapping_sub(self.distant.to_bitmask() >> lane & 1)),
-        }
-    }
-}
 
 /// The reflectors of a scene.
 #[derive(Debug, Default)]
@@ -101,6 +30,8 @@ pub struct Reflectors {
     passages: Vec<Bounds>,
     /// Planes that may show what others show: the first met and the second.
     pairs: Vec<[u32; 2]>,
+    /// Balls of glass among them, the largest.
+    balls: Vec<(u32, Ball)>,
     /// How much of the light they reflect where there is much, in (0, 1].
     worth: f32,
     /// The choice among many.
@@ -149,6 +80,17 @@ pub struct Curved {
 
 type Bounds = (Vec3, Vec3);
 
+/// By what a chain goes; with start and target it leaves at most one chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Through {
+    /// Straight on: all that lies between vertex and target lets light pass and does not focus it.
+    Passage,
+    /// Reflections at these reflectors, and nothing else.
+    Mirrors(Sequence),
+    /// Into this ball of glass and out of it, on one of the ways that there may be.
+    Ball(u32, Branch),
+}
+
 /// One to four reflectors, in the order in which a path from a rough vertex meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
@@ -192,130 +134,10 @@ const MANY: usize = 17;
 const WORTH_OF_MANY: f32 = 0.25;
 /// Most pairs of planes to choose from; of more, none is chosen.
 const PAIRS: usize = 15;
-/// Points of a curved reflector where a search may begin.
-const GUESSES: usize = 48;
-/// Boxes that rays are tested against one by one; of more, one around all.
-const BOXES: usize = 16;
-/// Flat triangles with this cosine between their planes are in one.
-const LEVEL: f32 = 1.0 - 1e-6;
+/// Most balls of glass through which walks go.
+const BALLS: usize = 4;
 
 impl Reflectors {
-    /// The reflectors among the triangles of `mesh`.
-    pub fn new(mesh: &Mesh, materials: &[Material]) -> Self {
-        let single: Vec<bool> = materials.iter().map(is_single).collect();
-        let triangles = 0..mesh.triangles.len() as u32;
-        let is_one = |&t: &u32| single[mesh.material_of[t as usize] as usize];
-        let members: Vec<u32> = triangles.filter(is_one).collect();
-        if members.is_empty() {
-            return Self::default();
-        }
-        let has_relief = |&t: &u32| {
-            let material = &materials[mesh.material_of[t as usize] as usize];
-            material
-                .textures
-                .as_ref()
-                .is_some_and(|t| t.relief.is_some())
-        };
-        if let Some(&t) = members.iter().find(|t| has_relief(t)) {
-            let name = &materials[mesh.material_of[t as usize] as usize].name;
-            return Self {
-                hindrance: Some(format!("'{name}' has relief")),
-                ..Self::default()
-            };
-        }
-
-        // Connected ones, planes each for itself.
-        let flat: Vec<bool> = members.iter().map(|&t| is_flat(mesh, t)).collect();
-        let mut groups = Groups::new(members.len());
-        let edges = Edges::new(mesh, &members);
-        for sharing in edges.shared() {
-            for pair in sharing.windows(2) {
-                let [a, b] = [pair[0].1 as usize, pair[1].1 as usize];
-                let [ta, tb] = [members[a], members[b]];
-                let same = mesh.material_of[ta as usize] == mesh.material_of[tb as usize];
-                let level = || normal(mesh, ta).dot(normal(mesh, tb)).abs() > LEVEL;
-                if same && flat[a] == flat[b] && (!flat[a] || level()) {
-                    groups.join(a, b);
-                }
-            }
-        }
-        let mut of_triangle = vec![NONE; mesh.triangles.len()];
-        let mut parts: Vec<Vec<u32>> = Vec::new();
-        let mut number = HashMap::new();
-        let mut is_plane = Vec::new();
-        for (index, &t) in members.iter().enumerate() {
-            let next = parts.len() as u32;
-            let part = *number.entry(groups.find(index)).or_insert(next);
-            if part == next {
-                parts.push(Vec::new());
-                is_plane.push(flat[index]);
-            }
-            parts[part as usize].push(t);
-            of_triangle[t as usize] = part;
-        }
-        let mut list: Vec<Reflector> = parts
-            .iter()
-            .zip(is_plane)
-            .map(|(part, is_plane)| Reflector::new(mesh, materials, part, is_plane))
-            .collect();
-        let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
-        for (reflector, outside) in sides {
-            match &mut list[reflector as usize].form {
-                Form::Plane(plane) => {
-                    plane.normal *= outside;
-                    plane.one_sided = true;
-                }
-                Form::Curved(curved) => {
-                    curved.points.iter_mut().for_each(|p| p.1 *= outside);
-                    curved.one_sided = true;
-                }
-            }
-        }
-
-        // What lets light pass, and the choice among many.
-        let passing = |r: &&Reflector| !r.is_metal && !r.focuses;
-        let mut passages: Vec<Bounds> = list.iter().filter(passing).map(|r| r.bounds).collect();
-        if passages.len() > BOXES {
-            passages = vec![passages.into_iter().fold(EMPTY, around)];
-        }
-        let mut pairs = Vec::new();
-        for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
-            if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
-                && a != b
-                && p.is_seen_from(&list[b].bounds)
-                && q.is_seen_from(&list[a].bounds)
-            {
-                pairs.push([a as u32, b as u32]);
-            }
-        }
-        // Among many, single ones alone are chosen.
-        if pairs.len() > PAIRS || list.len() >= MANY {
-            pairs.clear();
-        }
-        let grid = (list.len() >= MANY).then(|| {
-            let emitter = |r: &Reflector| Emitter {
-                bounds: r.bounds,
-                normal: None,
-                power: f64::from(r.reflectance * r.area).max(f64::MIN_POSITIVE),
-            };
-            let emitters: Vec<Emitter> = list.iter().map(emitter).collect();
-            LightGrid::new(&emitters, mesh.bounds)
-        });
-        Self {
-            of_triangle,
-            passages,
-            pairs,
-            worth: list
-                .iter()
-                .map(Reflector::worth)
-                .sum::<f32>()
-                .clamp(1e-3, 1.0),
-            grid,
-            list,
-            hindrance: None,
-        }
-    }
-
     /// Whether there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
@@ -345,6 +167,19 @@ impl Reflectors {
         self.list[reflector as usize].focuses
     }
 
+    /// The ball of glass that a reflector is, if walks go through it.
+    #[inline]
+    pub fn ball(&self, reflector: u32) -> Option<&Ball> {
+        let mut balls = self.balls.iter();
+        balls.find(|(r, _)| *r == reflector).map(|(_, ball)| ball)
+    }
+
+    /// The balls of glass through which walks go, with the numbers of the reflectors that they are.
+    #[inline]
+    pub fn balls(&self) -> &[(u32, Ball)] {
+        &self.balls
+    }
+
     /// So often it is worth a try to look for light in them, in (0, 1]: by how much they reflect where there is much;
     /// less often where there are many, each of which shows little.
     #[inline]
@@ -372,160 +207,6 @@ impl Reflectors {
         let mut boxes = self.passages.iter();
         boxes.any(|bounds| crosses(bounds, from, direction, length))
     }
-}
-
-impl Reflector {
-    /// See [`Reflectors::worth`].
-    fn worth(&self) -> f32 {
-        if self.is_metal {
-            self.reflectance
-        } else {
-            4.0 * self.reflectance
-        }
-    }
-
-    fn new(mesh: &Mesh, materials: &[Material], triangles: &[u32], is_plane: bool) -> Self {
-        let material = mesh.material_of[triangles[0] as usize];
-        let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
-        let bounds = corners().fold(EMPTY, |b, p| around(b, (p, p)));
-        let form = if is_plane {
-            // Of the largest, whose normal is the most exact.
-            let largest = triangles
-                .iter()
-                .max_by(|a, b| mesh.area(**a).total_cmp(&mesh.area(**b)));
-            let largest = *largest.unwrap_or(&triangles[0]);
-            Form::Plane(Plane::new(
-                mesh.corners(largest),
-                normal(mesh, largest),
-                corners(),
-            ))
-        } else {
-            Form::Curved(Curved {
-                points: spread(mesh, triangles),
-                one_sided: false,
-            })
-        };
-        let bsdf = &materials[material as usize].bsdf;
-        let (reflectance, is_metal) = match *bsdf {
-            Bsdf::Glass { ior, .. } => (fresnel::dielectric(1.0, ior), false),
-            Bsdf::Thin { ior, .. } => (2.0 * fresnel::dielectric(1.0, ior), false),
-            _ => (bsdf.colour().element_sum() / 3.0, true),
-        };
-        Self {
-            material,
-            focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
-            triangles: triangles.len() as u32,
-            area: triangles.iter().map(|&t| mesh.area(t)).sum(),
-            form,
-            reflectance,
-            is_metal,
-            bounds,
-        }
-    }
-}
-
-/// What of closed bodies is seen from outside alone: what is curved, and planes beyond which nothing bulges; with 1
-/// where outside is the side of the normals, else -1.
-fn outsides(
-    mesh: &Mesh,
-    members: &[u32],
-    edges: &Edges,
-    of_triangle: &[u32],
-    list: &[Reflector],
-) -> Vec<(u32, f32)> {
-    let mut bodies = Groups::new(members.len());
-    for sharing in edges.shared() {
-        let pairs = sharing.windows(2);
-        pairs.for_each(|pair| bodies.join(pair[0].1 as usize, pair[1].1 as usize));
-    }
-    let mut is_closed = vec![true; members.len()];
-    for sharing in edges.shared() {
-        let body = bodies.find(sharing[0].1 as usize);
-        is_closed[body] &= sharing.len() == 2;
-    }
-    let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (index, &t) in members.iter().enumerate() {
-        let body = bodies.find(index);
-        if is_closed[body] {
-            parts.entry(body).or_default().push(t);
-        }
-    }
-    let mut found = Vec::new();
-    for part in parts.values() {
-        let mut planes: Vec<u32> = part.iter().map(|&t| of_triangle[t as usize]).collect();
-        planes.sort_unstable();
-        planes.dedup();
-        // Of bodies with many sides each plane matters little.
-        if planes.len() > MANY {
-            continue;
-        }
-        let volume = |&t: &u32| {
-            let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
-            a.dot(b.cross(c))
-        };
-        let outside = if part.iter().map(volume).sum::<f64>() < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        for reflector in planes {
-            let Form::Plane(plane) = &list[reflector as usize].form else {
-                found.push((reflector, outside));
-                continue;
-            };
-            let heights = part.iter().flat_map(|&t| mesh.corners(t));
-            let heights = heights.map(|p| plane.height(p) * outside);
-            let bounds = heights.fold((0f32, 0f32), |(low, high), h| (low.min(h), high.max(h)));
-            if bounds.1 < 1e-3 * (bounds.1 - bounds.0) {
-                found.push((reflector, outside));
-            }
-        }
-    }
-    found
-}
-
-/// Whether all light that meets the material goes on in single directions.
-fn is_single(material: &Material) -> bool {
-    let smooth = matches!(
-        material.bsdf,
-        Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. }
-    );
-    smooth && material.class == Class::Specular && material.emission.is_none()
-}
-
-/// Whether a triangle is shaded as flat, or nearly so.
-fn is_flat(mesh: &Mesh, triangle: u32) -> bool {
-    let ng = normal(mesh, triangle);
-    let level = |n: &Vec3| n.dot(ng) > LEVEL;
-    mesh.corner_normals(triangle)
-        .is_none_or(|corners| corners.iter().all(level))
-}
-
-fn normal(mesh: &Mesh, triangle: u32) -> Vec3 {
-    mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng
-}
-
-/// Points in the middle of triangles, evenly by area, and the normals there.
-fn spread(mesh: &Mesh, triangles: &[u32]) -> Vec<(Vec3, Vec3)> {
-    let total: f64 = triangles.iter().map(|&t| f64::from(mesh.area(t))).sum();
-    let count = GUESSES.min(triangles.len());
-    let mut points = Vec::with_capacity(count);
-    let mut so_far = 0.0;
-    for &t in triangles {
-        so_far += f64::from(mesh.area(t));
-        let due = (points.len() as f64 + 0.5) / count as f64 * total;
-        if so_far >= due && points.len() < count {
-            let point = mesh.point(t, 1.0 / 3.0, 1.0 / 3.0);
-            points.push((point.position, point.ns));
-        }
-    }
-    points
-}
-
-const EMPTY: Bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-
-fn around(a: Bounds, b: Bounds) -> Bounds {
-    (a.0.min(b.0), a.1.max(b.1))
 }
 
 /// Whether a ray over the distances from 0 to `length` meets a box.
