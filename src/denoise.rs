@@ -9,7 +9,7 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// What is seen at first hits: it tells the denoiser where edges are.
+/// What is seen, in mirrors and through glass, too: it tells the denoiser where edges are.
 #[derive(Clone, Debug)]
 pub struct Features {
     /// Reflectance, in [0, 1].

@@ -65,9 +65,9 @@ impl HalfSums {
 /// What else is summed of a pixel, over the samples of both halves: what its camera rays met, and what was dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Auxiliary {
-    /// Sum of the first hits' albedo.
+    /// Sum of the albedo of what is seen: of first hits, behind mirrors and glass of what these show.
     pub albedo: Vec3,
-    /// Sum of the first hits' shading normals, on the side of the camera.
+    /// Sum of its shading normals, on the side of the camera.
     pub normal: Vec3,
     /// Sum of the first hits' distances.
     pub depth: f32,
@@ -80,13 +80,18 @@ pub struct Auxiliary {
 }
 
 impl Auxiliary {
-    /// Adds what a camera ray met.
+    /// Adds that a camera ray met something.
     #[inline]
-    pub fn first_hit(&mut self, albedo: Vec3, normal: Vec3, depth: f32) {
-        self.albedo += albedo;
-        self.normal += normal;
+    pub fn first_hit(&mut self, depth: f32) {
         self.depth += depth;
         self.hits += 1;
+    }
+
+    /// Adds what it shows.
+    #[inline]
+    pub fn features(&mut self, albedo: Vec3, normal: Vec3) {
+        self.albedo += albedo;
+        self.normal += normal;
     }
 
     /// Adds other sums.

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 /// Means of what the camera rays met.
 #[derive(Clone, Debug)]
 pub struct FirstHits {
-    /// Albedo.
+    /// Albedo of what is seen: behind mirrors and smooth glass of what these show, times what they leave of light.
     pub albedo: Image,
-    /// Shading normal in world coordinates, on the side of the camera; 0 where nothing is hit.
+    /// Its shading normal in world coordinates, on the side from which it is seen; 0 where nothing is hit.
     pub normal: Image,
     /// Distance from the camera; 0 where nothing is hit.
     pub depth: Vec<f32>,

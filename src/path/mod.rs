@@ -10,6 +10,7 @@ mod bounce;
 mod by_light;
 mod chain;
 mod counts;
+mod features;
 mod grid;
 mod light;
 mod link;

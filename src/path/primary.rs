@@ -3,9 +3,10 @@
 
 use super::arrival;
 use super::base::{BasePaths, Block, step};
+use super::features::{self, Glimpses};
 use super::{Context, PathSettings, Tile, trace_closest};
 use crate::gradient::Neighbour;
-use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of, negative};
+use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::camera::{Camera, Lens};
 use crate::shift::{Death, OffsetsX8};
@@ -26,6 +27,8 @@ pub(super) struct Buffers {
     through_lens: Vec<u32>,
     /// What they met, eight by eight, and a bit for each surface. Not in diffuse scenes: there the grid has it.
     hits: Vec<(VerticesX8, u32)>,
+    /// Those that have met mirrors and glass.
+    glimpses: Glimpses,
 }
 
 const NONE: u32 = u32::MAX;
@@ -110,6 +113,7 @@ impl<const N: usize> BasePaths<N> {
         self.blocks.clear();
         self.own.clear();
         self.primary.hits.clear();
+        self.primary.glimpses.clear();
         if DIFFUSE && N > 0 {
             self.grid.resize(window.width(), self.primary.rays.len());
         }
@@ -119,7 +123,11 @@ impl<const N: usize> BasePaths<N> {
             let surfaces = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut vertices);
             let place = block * LANES;
             let pixels = &self.primary.pixels[place..];
-            first_hits(context, &hits, (&vertices, surfaces), pixels, samples, sums);
+            let going_on = first_hits(context, &hits, (&vertices, surfaces), pixels, samples, sums);
+            if !DIFFUSE && going_on != 0 {
+                let pixels = std::array::from_fn(|lane| pixels.get(lane).copied().unwrap_or(NONE));
+                self.primary.glimpses.push(&vertices, going_on, pixels);
+            }
             if N == 0 {
                 self.start_plain(context, tile, place, sample, (&vertices, surfaces));
             } else if DIFFUSE {
@@ -127,6 +135,11 @@ impl<const N: usize> BasePaths<N> {
             } else {
                 self.primary.hits.push((vertices.clone(), surfaces));
             }
+        }
+
+        if !DIFFUSE {
+            let to = (sums, &mut self.counts);
+            self.primary.glimpses.follow(context, tile, sample, to);
         }
 
         // Base and offset paths.
@@ -346,7 +359,7 @@ impl<const N: usize> Block<N> {
 }
 
 /// Adds what camera rays met to the buffers of the `pixels` to which they belong, and light seen directly to their
-/// samples.
+/// samples; the lanes of those that have met what shows something else.
 #[inline(always)]
 fn first_hits(
     context: Context,
@@ -355,10 +368,10 @@ fn first_hits(
     pixels: &[u32],
     samples: &mut [PixelSample],
     sums: &mut TileSums,
-) {
+) -> u32 {
     let camera = &context.scene.camera;
-    let behind = negative(vertices.ng.dot(-hits.direction));
-    let normal = Vec3x8::select(behind, -vertices.normal, vertices.normal);
+    let normals = features::normals(vertices, hits.direction);
+    let mut going_on = 0;
     let way = Vec3x8::splat(camera.origin) - vertices.position;
     let distance = way.dot(way).root();
     for (lane, &pixel) in pixels.iter().take(LANES).enumerate() {
@@ -369,8 +382,13 @@ fn first_hits(
         let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel].auxiliary);
         if surfaces >> lane & 1 == 1 {
             sample.coverage = 1.0;
-            let albedo = vertices.reflectance(context.scene, lane);
-            sums.first_hit(albedo, normal.lane(lane), distance.lane(lane));
+            sums.first_hit(distance.lane(lane));
+            if vertices.rough >> lane & 1 == 0 {
+                going_on |= 1 << lane;
+            } else {
+                let albedo = vertices.reflectance(context.scene, lane);
+                sums.features(albedo, normals.lane(lane));
+            }
             continue;
         }
         match Interaction::in_lane(context.scene, hits, lane) {
@@ -380,10 +398,11 @@ fn first_hits(
             Interaction::Light(light) => {
                 sample.coverage = 1.0;
                 sample.direct = light.radiance;
-                let albedo = light.radiance.min(Vec3::ONE);
-                sums.first_hit(albedo, light.ng, camera.origin.distance(light.position));
+                sums.first_hit(camera.origin.distance(light.position));
+                features::add_light(sums, light.radiance, light.ng, Vec3::ONE);
             }
             Interaction::Surface(_) => (),
         }
     }
+    going_on
 }

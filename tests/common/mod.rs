@@ -57,20 +57,36 @@ pub fn polygons(
     polygons_and_balls(polygons, &[], materials, settings)
 }
 
-/// A ball with normals, or an ellipsoid.
-pub struct SmoothBall {
+/// A ball or an ellipsoid.
+#[derive(Clone, Debug)]
+pub struct Ball {
     pub centre: Vec3,
     /// Its radii along the axes.
     pub radii: Vec3,
     /// See [`sphere`].
     pub level: u32,
+    /// Whether it has normals.
+    pub smooth: bool,
     pub material: usize,
+}
+
+impl Ball {
+    /// The corners of its triangles.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> {
+        let triangles = sphere(self.level).into_iter();
+        triangles.map(|corners| corners.map(|p| self.centre + p * self.radii))
+    }
+
+    /// The unit normal at one of them.
+    pub fn normal(&self, corner: Vec3) -> Vec3 {
+        ((corner - self.centre) / (self.radii * self.radii)).normalize()
+    }
 }
 
 /// A scene of polygons and balls.
 pub fn polygons_and_balls(
     polygons: &[(&[[f32; 3]], usize)],
-    balls: &[SmoothBall],
+    balls: &[Ball],
     materials: Vec<MtlMaterial>,
     settings: &SceneSettings,
 ) -> Scene {
@@ -92,14 +108,18 @@ pub fn polygons_and_balls(
             .resize(file.triangles.len(), [gdpt::load::obj::NONE; 3]);
     }
     for ball in balls {
-        for corners in sphere(ball.level) {
+        for corners in ball.triangles() {
             let next = |length: usize| [0, 1, 2].map(|i| length as u32 + i);
             file.triangles.push(next(file.positions.len()));
-            file.normal_triangles.push(next(file.normals.len()));
-            file.positions
-                .extend(corners.map(|p| ball.centre + p * ball.radii));
-            file.normals
-                .extend(corners.map(|p| (p / ball.radii).normalize()));
+            file.positions.extend(corners);
+            file.normal_triangles.push(if ball.smooth {
+                next(file.normals.len())
+            } else {
+                [gdpt::load::obj::NONE; 3]
+            });
+            if ball.smooth {
+                file.normals.extend(corners.map(|p| ball.normal(p)));
+            }
             file.material_of.push(ball.material as u32);
         }
     }

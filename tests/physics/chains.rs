@@ -2,7 +2,7 @@
 //!
 //! Significance as in `gradients`.
 
-use crate::common::{self, Rng, SmoothBall, glass, lambert, level, light, mirror, sphere, tracer};
+use crate::common::{self, Ball, Rng, glass, lambert, level, light, mirror, sphere, tracer};
 use crate::gradients::{SIZE, check, reference_at};
 use gdpt::gradient::Weights;
 use gdpt::load::mtl::MtlMaterial;
@@ -17,7 +17,7 @@ const GLASS: usize = 3;
 const BOARD: usize = 4;
 
 /// A scene of these polygons and balls on a floor, below a lamp of half this width, seen from the front.
-fn scene(polygons: &[(Vec<[f32; 3]>, usize)], balls: &[SmoothBall], lamp: f32) -> Scene {
+fn scene(polygons: &[(Vec<[f32; 3]>, usize)], balls: &[Ball], lamp: f32) -> Scene {
     let (floor, mut lamp) = (level(0.0, 2.0), level(1.6, lamp));
     lamp.reverse();
     let mut all: Vec<(&[[f32; 3]], usize)> = vec![(&floor, FLOOR), (&lamp, LAMP)];
@@ -138,10 +138,11 @@ fn holes_behind_glass() {
 /// the balls by up to three ways, and copies of half vectors lead from one body to another.
 #[test]
 fn balls_of_glass() {
-    let ball = |x: f32, y: f32, z: f32, radii: Vec3| SmoothBall {
+    let ball = |x: f32, y: f32, z: f32, radii: Vec3| Ball {
         centre: Vec3::new(x, y, z),
         radii,
         level: 3,
+        smooth: true,
         material: GLASS,
     };
     let balls = [

@@ -1,15 +1,19 @@
 //! Pictures with a denoiser's help. Where Open Image Denoise is missing this says so and skips, unless REQUIRE_OIDN is set.
 
-use crate::common::{Render, Rng, shipped, tracer};
+use crate::common::{Render, Rng, glass, lambert, level, mirror, polygons, shipped, tracer};
 use assert_cmd::Command;
 use gdpt::compare::{References, errors};
 use gdpt::denoise::Denoiser;
 use gdpt::film::Film;
 use gdpt::image::Image;
+use gdpt::load::mtl::MtlMaterial;
+use gdpt::load::sidecar::CameraTable;
 use gdpt::picture::{self, Picture};
 use gdpt::reconstruct::Method;
 use gdpt::reconstruct::error_estimate::{Halved, estimate};
-use gdpt::scene::Scene;
+use gdpt::render::Method as RenderMethod;
+use gdpt::scene::{Scene, SceneSettings};
+use glam::Vec3;
 use std::path::Path;
 
 fn denoiser() -> Option<&'static Denoiser> {
@@ -126,9 +130,59 @@ fn the_second_witness_is_better_than_either_alone() {
     // Sixteen times the samples.
     let falls = |few: f64, many: f64| few / many;
     assert!(falls(few[1].0, guided) > 4.0 && falls(denoised, denoised_by_many) < 8.0);
-    for (measured, estimated) in few.into_iter().chain(many) {
-        let ratio = estimated / measured;
-        assert!(ratio > 0.5 && ratio < 2.0, "{few:?} {many:?}");
+    // Eight samples of rare light know little of it.
+    for (errors, bound) in [(few, 3.0), (many, 2.0)] {
+        for (measured, estimated) in errors {
+            let ratio = estimated / measured;
+            assert!(ratio > 1.0 / bound && ratio < bound, "{few:?} {many:?}");
+        }
+    }
+}
+
+/// Albedo and normal are of what a mirror shows, also through a pane, by either method.
+#[test]
+fn features_are_of_what_mirrors_show() {
+    let floor = level(0.0, 40.0);
+    let [mut ceiling, mut below, above] = [level(3.0, 40.0), level(0.5, 40.0), level(0.6, 40.0)];
+    ceiling.reverse();
+    below.reverse();
+    let red = MtlMaterial {
+        kd: Some([0.8, 0.1, 0.2]),
+        ..lambert(0.0)
+    };
+    let materials = vec![mirror(), red, glass(1.5)];
+    let settings = SceneSettings {
+        size: (8, 8),
+        camera: CameraTable {
+            origin: Some([0.0, 1.0, 0.0]),
+            target: Some([0.0, 0.0, -0.4]),
+            fov: Some(20.0),
+            ..Default::default()
+        },
+        ..Default::default()
+    };
+    let expected = Vec3::new(0.8 * 0.9, 0.1 * 0.8, 0.2 * 0.7);
+    for sheets in [vec![], vec![(&below[..], 2), (&above[..], 2)]] {
+        let mut all = vec![(&floor[..], 0), (&ceiling[..], 1)];
+        all.extend(sheets);
+        let scene = polygons(&all, materials.clone(), &settings);
+        for method in [RenderMethod::Pt, RenderMethod::Gpt] {
+            let render = Render {
+                method,
+                spp: 8,
+                ..Render::default()
+            };
+            let hits = render.film(&scene, &*tracer(&scene)).first_hits();
+            for pixel in 0..64 {
+                let (albedo, normal) = (hits.albedo.get(pixel), hits.normal.get(pixel));
+                // Panes reflect the ceiling, too, without the mirror's colour or with more of it.
+                let [least, most] = [0.8 * expected, Vec3::new(0.8, 0.1, 0.2) + 1e-4];
+                assert!(albedo.cmpge(least).all() && albedo.cmple(most).all());
+                assert!(all.len() > 2 || albedo.distance(expected) < 1e-4);
+                assert!(normal.distance(Vec3::NEG_Y) < 1e-4, "{normal}");
+                assert!(hits.depth[pixel] < 1.5);
+            }
+        }
     }
 }
 

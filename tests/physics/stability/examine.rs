@@ -10,6 +10,7 @@ use gdpt::render::Method;
 use gdpt::scene::Scene;
 use gdpt::trace::Traverse;
 use rayon::prelude::*;
+use std::time::Instant;
 
 pub const WIDTH: u32 = 24;
 pub const HEIGHT: u32 = 16;
@@ -33,8 +34,6 @@ pub struct Figures {
     pub bias: f64,
     /// Its standard error.
     pub bias_error: f64,
-    /// Seconds of a gradient sample over those of a path sample.
-    pub cost: f64,
     /// Largest sample that adds to a difference, over the largest that adds to the primal.
     pub largest: f64,
 }
@@ -54,15 +53,14 @@ fn regions(image: &Image) -> Vec<f64> {
     sums
 }
 
-/// Films of all seeds, and the seconds for them.
+/// Films of so many seeds.
 fn films(
     scene: &Scene,
     tracer: &dyn Traverse,
     method: Method,
-    first_seed: u64,
-) -> (Vec<Film>, f64) {
-    let start = std::time::Instant::now();
-    let films = (0..SEEDS).into_par_iter().map(|seed| {
+    (first_seed, seeds): (u64, u64),
+) -> Vec<Film> {
+    let films = (0..seeds).into_par_iter().map(|seed| {
         // Panics where a sample is not finite.
         Render {
             method,
@@ -72,7 +70,7 @@ fn films(
         }
         .film(scene, tracer)
     });
-    (films.collect(), start.elapsed().as_secs_f64())
+    films.collect()
 }
 
 fn pictures(films: &[Film], method: Reconstruction) -> Vec<Image> {
@@ -84,7 +82,8 @@ fn pictures(films: &[Film], method: Reconstruction) -> Vec<Image> {
 
 /// Mean and variance of every value over pictures.
 fn moments(pictures: &[Image]) -> Vec<Mean> {
-    let mut means = vec![Mean::default(); 3 * (WIDTH * HEIGHT) as usize];
+    let pixels = pictures[0].width * pictures[0].height;
+    let mut means = vec![Mean::default(); 3 * pixels];
     for picture in pictures {
         let values = picture.channels.iter().flatten();
         means
@@ -108,7 +107,7 @@ fn region_means<const N: usize>(seeds: impl Iterator<Item = [Image; N]>) -> Vec<
 
 /// The regions of the l2 picture.
 pub fn picture_means(scene: &Scene, first_seed: u64) -> Vec<Mean> {
-    let (films, _) = films(scene, &*tracer(scene), Method::Gpt, first_seed);
+    let films = films(scene, &*tracer(scene), Method::Gpt, (first_seed, SEEDS));
     let l2 = pictures(&films, Reconstruction::L2(Alpha::Fixed(PAPER_ALPHA)));
     region_means(l2.into_iter().map(|image| [image]))
 }
@@ -127,10 +126,66 @@ pub fn largest_deviation(a: &[Mean], b: &[Mean]) -> f64 {
     z.into_iter().fold(0.0, f64::max) / limit
 }
 
+/// The squared errors of all values, over the squared reference: the variance over the seeds, and the squared difference
+/// of the means less their noise.
+fn relative_errors(pictures: &[Image], reference: &[Mean]) -> Vec<f64> {
+    let pairs = moments(pictures).into_iter().zip(reference);
+    let relative = |(m, r): (Mean, &Mean)| {
+        let variance = m.variance() * pictures.len() as f64;
+        let bias = (m.mean() - r.mean()).powi(2) - m.variance() - r.variance();
+        (variance + bias) / (r.mean().powi(2) + 0.01)
+    };
+    pairs.map(relative).collect()
+}
+
+/// At this size the borders of tiles weigh little.
+pub const WHOLE: u32 = 128;
+/// Seeds at that size.
+const WHOLE_SEEDS: u64 = 8;
+
+/// What gradients bring in a scene of [`WHOLE`] pixels across and down.
+pub struct Gain {
+    /// relMSE of `weighted` over that of path tracing with as many samples.
+    pub weighted: f64,
+    /// The same without the values where path tracing is worst, one in a hundred.
+    pub trimmed: f64,
+    /// Seconds of a gradient sample, with the solve, over those of a path sample.
+    pub cost: f64,
+}
+
+/// See [`Gain`].
+pub fn gain(scene: &Scene) -> Gain {
+    let tracer = tracer(scene);
+    let timed = |method, first_seed| {
+        let start = Instant::now();
+        let films = films(scene, &*tracer, method, (first_seed, WHOLE_SEEDS));
+        (films, start.elapsed().as_secs_f64())
+    };
+    let (pt, pt_seconds) = timed(Method::Pt, 10_000);
+    let (gpt, gpt_seconds) = timed(Method::Gpt, 0);
+    let start = Instant::now();
+    let weighted = pictures(&gpt, Reconstruction::Weighted);
+    let solve_seconds = start.elapsed().as_secs_f64();
+    let reference = moments(&pictures(&pt, Reconstruction::Primal));
+    let weighted = relative_errors(&weighted, &reference);
+    let path = relative_errors(&pictures(&gpt, Reconstruction::Primal), &reference);
+    let ratio = |places: &[usize]| {
+        let sum = |errors: &[f64]| places.iter().map(|&i| errors[i]).sum::<f64>();
+        sum(&weighted) / sum(&path)
+    };
+    let mut places: Vec<usize> = (0..path.len()).collect();
+    places.sort_by(|&i, &j| path[i].total_cmp(&path[j]));
+    Gain {
+        weighted: ratio(&places),
+        trimmed: ratio(&places[..places.len() * 99 / 100]),
+        cost: (gpt_seconds + solve_seconds) / pt_seconds,
+    }
+}
+
 pub fn examine(scene: &Scene) -> Figures {
     let tracer = tracer(scene);
-    let (pt, pt_seconds) = films(scene, &*tracer, Method::Pt, 10_000);
-    let (gpt, gpt_seconds) = films(scene, &*tracer, Method::Gpt, 0);
+    let pt = films(scene, &*tracer, Method::Pt, (10_000, SEEDS));
+    let gpt = films(scene, &*tracer, Method::Gpt, (0, SEEDS));
 
     // (a) Differences and picture against the path tracer.
     let truth: Vec<Image> = pictures(&pt, Reconstruction::Primal);
@@ -157,17 +212,9 @@ pub fn examine(scene: &Scene) -> Figures {
     ];
     let largest_z = largest_deviation(&a, &b);
 
-    // (c) Errors: variance over the seeds, and the squared difference of the means less their noise.
+    // (c) Errors.
     let reference = moments(&truth);
-    let error = |pictures: &[Image]| {
-        let pairs = moments(pictures).into_iter().zip(&reference);
-        let relative = |(m, r): (Mean, &Mean)| {
-            let variance = m.variance() * SEEDS as f64;
-            let bias = (m.mean() - r.mean()).powi(2) - m.variance() - r.variance();
-            (variance + bias) / (r.mean().powi(2) + 0.01)
-        };
-        pairs.map(relative).sum::<f64>()
-    };
+    let error = |pictures: &[Image]| -> f64 { relative_errors(pictures, &reference).iter().sum() };
     // Path tracing is what the same films hold: the same samples, so that rare ones are in both.
     let primals = pictures(&gpt, Reconstruction::Primal);
     let pt_error = error(&primals);
@@ -192,7 +239,6 @@ pub fn examine(scene: &Scene) -> Figures {
         absolute: error(&weighted) / f64::from(3 * WIDTH * HEIGHT),
         bias: difference.mean() / whole.mean(),
         bias_error: difference.variance().sqrt() / whole.mean(),
-        cost: gpt_seconds / pt_seconds,
         largest: largest_sample(scene, &*tracer),
     }
 }

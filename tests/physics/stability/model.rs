@@ -1,9 +1,10 @@
 //! Small scenes made of polygons: in memory for the tests, as files for everyone.
 
-use crate::common;
+use crate::common::{self, Ball};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::scene::{Scene, SceneSettings};
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -11,6 +12,7 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct Model {
     pub polygons: Vec<(Vec<[f32; 3]>, usize)>,
+    pub balls: Vec<Ball>,
     pub materials: Vec<MtlMaterial>,
     pub origin: [f32; 3],
     pub target: [f32; 3],
@@ -31,6 +33,7 @@ impl Model {
     pub fn room(lamp_side: f32, radiance: f32) -> Self {
         let mut model = Self {
             polygons: Vec::new(),
+            balls: Vec::new(),
             materials: vec![
                 named("floor", common::lambert(0.7)),
                 named("wall", common::lambert(0.5)),
@@ -72,6 +75,17 @@ impl Model {
         self.rectangle([x, y, z], a, c, material);
     }
 
+    /// A ball with this many triangles along a quarter of its equator, as a power of two.
+    pub fn ball(&mut self, centre: [f32; 3], radius: f32, level: u32, material: usize) {
+        self.balls.push(Ball {
+            centre: centre.into(),
+            radii: glam::Vec3::splat(radius),
+            level,
+            smooth: true,
+            material,
+        });
+    }
+
     /// Adds a material and gives its place.
     pub fn material(&mut self, name: &str, material: MtlMaterial) -> usize {
         self.materials.push(named(name, material));
@@ -83,6 +97,10 @@ impl Model {
         let polygons = self.polygons.iter_mut().flat_map(|(p, _)| p.iter_mut());
         let points = polygons.chain([&mut self.origin, &mut self.target]);
         points.for_each(|p| *p = p.map(|x| x * scale + shift));
+        for ball in &mut self.balls {
+            ball.centre = ball.centre * scale + shift;
+            ball.radii *= scale;
+        }
         self
     }
 
@@ -109,7 +127,8 @@ impl Model {
             .iter()
             .map(|(p, m)| (p.as_slice(), *m))
             .collect();
-        common::polygons(&polygons, self.materials.clone(), &settings)
+        let materials = self.materials.clone();
+        common::polygons_and_balls(&polygons, &self.balls, materials, &settings)
     }
 
     /// Writes `NAME.obj`, `NAME.mtl` and `NAME.toml`.
@@ -126,6 +145,34 @@ impl Model {
                 .collect();
             writeln!(obj, "f {}", indices.join(" ")).unwrap();
             count += corners.len();
+        }
+        let mut normals = 0;
+        for ball in &self.balls {
+            writeln!(obj, "usemtl {}", self.materials[ball.material].name).unwrap();
+            // Triangles share their corners.
+            let mut numbers = HashMap::new();
+            for corners in ball.triangles() {
+                let mut face = "f".to_owned();
+                for p in corners {
+                    let place = p.to_array().map(f32::to_bits);
+                    let is_new = !numbers.contains_key(&place);
+                    let (v, vn) = *numbers.entry(place).or_insert((count + 1, normals + 1));
+                    if is_new {
+                        count += 1;
+                        writeln!(obj, "v {:.5} {:.5} {:.5}", p.x, p.y, p.z).unwrap();
+                        if ball.smooth {
+                            normals += 1;
+                            let n = ball.normal(p);
+                            writeln!(obj, "vn {:.4} {:.4} {:.4}", n.x, n.y, n.z).unwrap();
+                        }
+                    }
+                    write!(face, " {v}").unwrap();
+                    if ball.smooth {
+                        write!(face, "//{vn}").unwrap();
+                    }
+                }
+                writeln!(obj, "{face}").unwrap();
+            }
         }
         let mut mtl = String::new();
         for m in &self.materials {

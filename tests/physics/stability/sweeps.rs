@@ -152,6 +152,55 @@ pub const SWEEPS: &[Sweep] = &[
         shown: 100.0,
         model: exposure,
     },
+    Sweep {
+        name: "mirror",
+        about: "side of a mirror beside the lamp",
+        values: &[0.1, 0.3, 1.0, 3.0],
+        shown: 1.0,
+        model: mirror,
+    },
+    Sweep {
+        name: "curvature",
+        about: "curvature of a mirror, which is a ball on the floor",
+        values: &[1.0, 2.0, 5.0, 20.0],
+        shown: 2.0,
+        model: |curvature| ball_on_floor(1.0 / curvature, metal(0.0), None),
+    },
+    Sweep {
+        name: "facets",
+        about: "flat triangles along the equator of a ball that is a mirror",
+        values: &[8.0, 16.0, 32.0, 128.0],
+        shown: 16.0,
+        model: |count| ball_on_floor(0.5, metal(0.0), Some(count)),
+    },
+    Sweep {
+        name: "near-mirror",
+        about: "alpha of a ball of metal on the floor",
+        values: &[0.0, 1e-3, 9.9e-3, 1.01e-2, 2e-2, 3e-2],
+        shown: 2e-2,
+        model: |alpha| ball_on_floor(0.5, metal(alpha), None),
+    },
+    Sweep {
+        name: "ball",
+        about: "index of a ball of glass on the floor",
+        values: &[1.01, 1.2, 1.5, 2.5],
+        shown: 1.5,
+        model: |index| ball_on_floor(0.5, glass(index, 0.0), None),
+    },
+    Sweep {
+        name: "pane",
+        about: "index of a sheet of glass between lamp and room",
+        values: &[1.01, 1.2, 1.5, 2.5],
+        shown: 1.5,
+        model: |index| behind_glass(index, 0.4),
+    },
+    Sweep {
+        name: "far-lamp",
+        about: "distance of a lamp behind a sheet of glass, its light below kept",
+        values: &[0.03, 0.4, 3.0, 30.0],
+        shown: 3.0,
+        model: |distance| behind_glass(1.5, distance),
+    },
 ];
 
 /// A room with things of three materials.
@@ -252,6 +301,45 @@ fn caustic(side: f32) -> Model {
     let mut model = Model::room(side, 4.0 / (side * side));
     let mirror = model.material("mirror", metal(0.0));
     model.rectangle([-1.5, 0.0, -0.5], [0.0, 1.6, -0.4], [0.4, 0.0, 2.0], mirror);
+    model
+}
+
+fn mirror(side: f32) -> Model {
+    let mut model = Model::room(0.4, 20.0);
+    let mirror = model.material("mirror", metal(0.0));
+    let (low, middle) = (1.0 - 0.5 * side.min(2.0), -0.5 - 0.5 * side);
+    model.rectangle(
+        [-1.5, low, middle],
+        [0.0, side, 0.0],
+        [0.0, 0.0, side],
+        mirror,
+    );
+    model.cuboid([-0.5, 0.0, -0.5], [0.4, 0.4, 0.4], WALL);
+    model
+}
+
+/// A ball of this material; with so many flat triangles along its equator.
+fn ball_on_floor(
+    radius: f32,
+    material: gdpt::load::mtl::MtlMaterial,
+    facets: Option<f32>,
+) -> Model {
+    let mut model = Model::room(0.4, 20.0);
+    let material = model.material("ball", material);
+    let level = facets.map_or(4, |count| (count / 4.0).log2().round() as u32);
+    model.ball([-0.2, radius, 0.0], radius, level, material);
+    model.balls[0].smooth = facets.is_none();
+    model
+}
+
+/// A room under a sheet of glass, with a lamp above it.
+fn behind_glass(index: f32, distance: f32) -> Model {
+    let side = 0.4;
+    let mut model = Model::room(side, 20.0 * (1.0 + distance / 1.6).powi(2));
+    model.polygons.pop();
+    model.lamp([0.5, 1.65 + distance, 0.5], side);
+    let pane = model.material("glass", glass(index, 0.0));
+    model.cuboid([-3.0, 1.6, -3.0], [6.0, 0.05, 6.0], pane);
     model
 }
 
