@@ -175,11 +175,10 @@ fn features_are_of_what_mirrors_show() {
             let hits = render.film(&scene, &*tracer(&scene)).first_hits();
             for pixel in 0..64 {
                 let (albedo, normal) = (hits.albedo.get(pixel), hits.normal.get(pixel));
-                // Panes reflect the ceiling, too, without the mirror's colour or with more of it.
-                let [least, most] = [0.8 * expected, Vec3::new(0.8, 0.1, 0.2) + 1e-4];
-                assert!(albedo.cmpge(least).all() && albedo.cmple(most).all());
-                assert!(all.len() > 2 || albedo.distance(expected) < 1e-4);
-                assert!(normal.distance(Vec3::NEG_Y) < 1e-4, "{normal}");
+                // Panes reflect the ceiling, too, without the mirror's colour, or send light to the mirror again.
+                let near = if all.len() > 2 { 0.3 } else { 1e-4 };
+                assert!(albedo.distance(expected) < near, "{albedo}");
+                assert!(normal.distance(Vec3::NEG_Y) < near, "{normal}");
                 assert!(hits.depth[pixel] < 1.5);
             }
         }

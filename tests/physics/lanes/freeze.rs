@@ -19,28 +19,28 @@ const LIBRARY: u64 = 0x3d4a_ce6c_a93f_55d1;
 /// Path tracing and gradients of each of [`SCENES`].
 const SHIPPED: [[u64; 2]; SCENES.len()] = [
     [0x2197_5b50_f4bc_9cb4, 0x45de_5c54_dedb_b171],
-    [0x72e2_0072_28f3_d494, 0x9b7b_a7b4_a1fe_9dec],
-    [0x80bb_f20a_4129_3887, 0x8dec_63c4_4ab9_f747],
+    [0x8bdb_07f1_f67e_ac20, 0x945a_c349_2a85_02c3],
+    [0x3b8c_d9eb_98f0_7085, 0x61cc_7a52_edbf_f1c3],
     [0x7d14_6174_5429_51c2, 0xcf6b_240f_5f79_27a7],
-    [0x7123_6f0c_7ada_48fa, 0xe650_a27d_af7f_85a1],
+    [0xf83f_41ad_22c4_f59f, 0x1ed8_9e9d_43c1_11bb],
     [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
-    [0x8941_a6fc_fb2d_b299, 0x5333_d505_64c2_f785],
-    [0xe288_73d6_789a_2898, 0x6f83_46d0_bca6_c58c],
-    [0x9e72_4314_fe4d_e101, 0xd9db_dce6_a4f8_3d56],
-    [0x7005_c1af_8566_c7c6, 0xb097_3d33_3107_6ecf],
+    [0x1afb_c9e8_8a29_e973, 0xa003_75aa_2c38_ebc9],
+    [0x24a3_1afd_d0bf_7447, 0x18ae_8372_1604_8db9],
+    [0x146a_43e7_762e_a296, 0x8f63_8ef6_4f54_a26b],
+    [0x33fb_665f_5996_7de4, 0xd03e_4e92_55b0_0d7b],
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x7763_526e_6085_b097,
-    0x5d0f_4698_1570_6ed6,
-    0x00d1_e8a9_2ea5_d8f3,
-    0x7bbc_1801_8c71_9aa8,
-    0x019c_42a6_f838_8ba2,
-    0x30d3_c273_8967_3dad,
-    0xd61f_3219_3cd0_7774,
-    0xcdd6_c479_807d_5171,
-    0xd597_580d_8615_ee4f,
-    0x50c4_38bb_5956_1d44,
+    0x7ec2_c56b_7ed4_e171,
+    0x7450_d30e_cc20_1a01,
+    0xdb97_7253_1e96_0047,
+    0x0c92_e65a_284e_7c5a,
+    0x5f78_34bf_1655_9f6b,
+    0x6a7b_e305_9cd5_5bab,
+    0xe076_fe7a_fa76_86c9,
+    0x6752_1855_b4b1_f869,
+    0x74f5_95d8_a787_b9d8,
+    0x4373_5cf0_f17d_6b62,
 ];
 const GROUP: u64 = 30;
 
