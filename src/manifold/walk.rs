@@ -65,9 +65,14 @@ impl Walk {
     /// Goes on with what its ray has hit; whether it is still under way.
     pub(super) fn advance(&mut self, scene: &Scene, hit: Option<Hit>) -> bool {
         let outcome = match self.through {
-            Through::Mirrors(by) => self.reflect(scene, hit, by.numbers()),
+            Through::Mirrors(by) => {
+                let numbers = by.numbers();
+                let due = numbers[self.shot.vertices as usize];
+                self.meet(scene, hit, (due, Lobe::Reflection), numbers.len())
+            }
             Through::Passage => self.pass(scene, hit),
-            Through::Ball(reflector, _) => self.pass_ball(scene, hit, reflector),
+            // In and out.
+            Through::Ball(ball, _) => self.meet(scene, hit, (ball, Lobe::Transmission), 2),
         };
         match outcome {
             Outcome::On => true,
@@ -76,21 +81,25 @@ impl Walk {
         }
     }
 
-    fn reflect(&mut self, scene: &Scene, hit: Option<Hit>, by: &[u32]) -> Outcome {
+    /// Goes on by `lobe` where it has met the reflector that is due, in a chain of so many vertices.
+    fn meet(
+        &mut self,
+        scene: &Scene,
+        hit: Option<Hit>,
+        (due, lobe): (u32, Lobe),
+        vertices: usize,
+    ) -> Outcome {
         let Some(hit) = hit else {
             return Outcome::Failed(Failure::Missed);
         };
-        let due = by[self.shot.vertices as usize];
         if scene.reflectors.of(hit.triangle) != Some(due) {
             return Outcome::Failed(Failure::Opaque);
         }
         match Interaction::new(scene, Some(hit), self.shot.direction) {
             Interaction::Surface(vertex) => {
-                match self
-                    .shot
-                    .scatter(scene, &hit, &vertex, Lobe::Reflection, self.start.k)
-                {
-                    Ok(()) if self.shot.vertices as usize == by.len() => Outcome::Through,
+                let scattered = self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k);
+                match scattered {
+                    Ok(()) if self.shot.vertices as usize == vertices => Outcome::Through,
                     Ok(()) => Outcome::On,
                     Err(failure) => Outcome::Failed(failure),
                 }
@@ -126,27 +135,6 @@ impl Walk {
             0 => Outcome::Failed(Failure::Opaque),
             // Whether it reaches the target shows when it goes there.
             _ => Outcome::Through,
-        }
-    }
-
-    fn pass_ball(&mut self, scene: &Scene, hit: Option<Hit>, ball: u32) -> Outcome {
-        let Some(hit) = hit else {
-            return Outcome::Failed(Failure::Missed);
-        };
-        if scene.reflectors.of(hit.triangle) != Some(ball) {
-            return Outcome::Failed(Failure::Opaque);
-        }
-        let Interaction::Surface(vertex) = Interaction::new(scene, Some(hit), self.shot.direction)
-        else {
-            return Outcome::Failed(Failure::Opaque);
-        };
-        match self
-            .shot
-            .scatter(scene, &hit, &vertex, Lobe::Transmission, self.start.k)
-        {
-            Ok(()) if self.shot.vertices == 2 => Outcome::Through,
-            Ok(()) => Outcome::On,
-            Err(failure) => Outcome::Failed(failure),
         }
     }
 

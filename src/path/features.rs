@@ -47,11 +47,6 @@ pub(super) fn add_light(sums: &mut Auxiliary, radiance: Vec3, normal: Vec3, seen
 }
 
 impl Glimpses {
-    /// Forgets all.
-    pub(super) fn clear(&mut self) {
-        self.going_on.clear();
-    }
-
     /// Rays of `pixels` in `lanes` have met `vertices`, which send them on.
     pub(super) fn push(&mut self, vertices: &VerticesX8, lanes: u32, pixels: [u32; LANES]) {
         self.going_on.push(Glimpse {

@@ -38,6 +38,14 @@ pub(super) type Way = (LightEnd, Through);
 /// Walks to be made from eight vertices.
 pub(super) type Ways = [Option<Way>; LANES];
 
+/// Where samples of light are.
+fn targets(light: &LightSamplesX8) -> Targets<f32x8> {
+    Targets {
+        place: light.position,
+        distant: mask_of(light.far),
+    }
+}
+
 /// Ways to samples of light by mirrors from the vertices in `lanes`, where they are tried, and the probabilities
 /// P(σ) of that; with `u` in [0, 1).
 pub(super) fn by_mirrors(
@@ -48,10 +56,7 @@ pub(super) fn by_mirrors(
     u: f32x8,
 ) -> (Ways, f32x8) {
     let lanes = lanes & light.valid.to_bitmask();
-    let targets = Targets {
-        place: light.position,
-        distant: mask_of(light.far),
-    };
+    let targets = targets(light);
     let reflectors = &context.scene.reflectors;
     let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
     let probability = probability * f32x8::splat(context.tried());
@@ -74,10 +79,7 @@ pub(super) fn by_balls(
     if lanes == 0 {
         return;
     }
-    let targets = Targets {
-        place: light.position,
-        distant: mask_of(light.far),
-    };
+    let targets = targets(light);
     for (reflector, ball) in context.scene.reflectors.balls() {
         // Lights that have their backs to all of it.
         let height = light.ng.dot(Vec3x8::splat(ball.centre) - light.position);

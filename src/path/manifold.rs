@@ -100,8 +100,8 @@ impl<const N: usize> BasePaths<N> {
             let before = requests.len();
             while let Some(&(_, lane, way)) = by_balls.next_if(|(of, ..)| *of == index as u32) {
                 // One way of a lane in each request.
-                let is_open = |r: &&mut Request<N>| r.lanes >> lane & 1 == 0;
-                let request = match requests[before..].iter_mut().position(|r| is_open(&r)) {
+                let mut begun = requests[before..].iter();
+                let request = match begun.position(|r| r.lanes >> lane & 1 == 0) {
                     Some(place) => &mut requests[before + place],
                     None => Request::begin(&mut requests, (index as u32, None), k),
                 };

@@ -113,7 +113,6 @@ impl<const N: usize> BasePaths<N> {
         self.blocks.clear();
         self.own.clear();
         self.primary.hits.clear();
-        self.primary.glimpses.clear();
         if DIFFUSE && N > 0 {
             self.grid.resize(window.width(), self.primary.rays.len());
         }
