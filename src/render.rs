@@ -1,7 +1,7 @@
 //! The progressive render: passes over all tiles until enough samples, enough time, or a signal.
 
 use crate::film::{Counted, Film};
-use crate::path::{Counts, PathSettings, PathTracer};
+use crate::path::{Counts, PathSettings, PathTracer, Shares};
 use crate::sampler;
 use crate::scene::Scene;
 use crate::sums::TileSums;
@@ -130,9 +130,13 @@ impl Job<'_> {
     ) -> Outcome {
         let start = Instant::now();
         let mut counts = Counts::default();
-        let mut workers: Vec<Worker<N>> = (0..rayon::current_num_threads())
-            .map(|_| Worker::default())
-            .collect();
+        let walks = Shares::learn::<N>(self.scene, self.tracer, &self.settings);
+        let worker = |_| Worker {
+            paths: PathTracer::new(walks),
+            sums: TileSums::default(),
+            counts: Counts::default(),
+        };
+        let mut workers: Vec<Worker<N>> = (0..rayon::current_num_threads()).map(worker).collect();
         let ended = loop {
             let done = film.samples[0] + film.samples[1];
             let late = self
@@ -208,7 +212,6 @@ impl Job<'_> {
 }
 
 /// What one thread works with.
-#[derive(Default)]
 struct Worker<const N: usize> {
     paths: PathTracer<N>,
     sums: TileSums,

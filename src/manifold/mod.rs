@@ -124,7 +124,11 @@ impl Walks {
         if guess.is_some() {
             self.under_way.push(index);
         }
-        self.walks.push(Walk::new(start, target, through, guess));
+        let mut walk = Walk::new(start, target, through, guess);
+        if let Through::Mirrors(by) = through {
+            walk.other_guess = scene.reflectors.other_guess(&by, start.position);
+        }
+        self.walks.push(walk);
         index
     }
 
@@ -178,8 +182,13 @@ impl Walks {
         self.walks[walk as usize].result.as_ref().map_err(|&f| f)
     }
 
-    /// How many rays a walk has shot.
+    /// How often a walk has set out from its vertex.
     pub fn shots(&self, walk: u32) -> u32 {
         self.walks[walk as usize].shots
+    }
+
+    /// How many rays that has taken, the last segment apart.
+    pub fn rays(&self, walk: u32) -> u32 {
+        self.walks[walk as usize].rays
     }
 }

@@ -26,7 +26,11 @@ pub(super) struct Shot {
     pub(super) turned: [Vec3; 2],
     pub(super) factor: Vec3,
     pub(super) probability: f32,
+    /// How much of the bend at glass it is given, in (0, 1]; all of it is what glass does.
+    pub(super) bend: f32,
+    /// Where it has been: vertices, and those of them that have reflected it.
     pub(super) vertices: u32,
+    pub(super) reflections: u32,
     pub(super) trail: u32,
 }
 
@@ -44,7 +48,9 @@ impl Shot {
             turned: [a, b],
             factor: Vec3::ONE,
             probability: 1.0,
+            bend: 1.0,
             vertices: 0,
+            reflections: 0,
             trail: 0,
         }
     }
@@ -105,8 +111,11 @@ impl Shot {
         }
         let bsdf = vertex.bsdf(scene);
         let local = Vec3::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
-        let Some(eval) = bsdf.eval_delta(local, lobe) else {
-            return Err(Failure::Reflected);
+        let (value, pdf) = match bsdf.eval_delta(local, lobe) {
+            Some(eval) => (eval.value, eval.pdf),
+            // On the way to all of the bend it does not count.
+            None if self.bend < 1.0 => (Vec3::ZERO, 0.0),
+            None => return Err(Failure::Reflected),
         };
 
         // Where the ray meets the plane of the triangle when it is turned, and how the normal changes there.
@@ -134,6 +143,7 @@ impl Shot {
             (Lobe::Transmission, Bsdf::Thin { .. }) => (d, self.turned),
             (Lobe::Transmission, _) => {
                 let index = 1.0 / fresnel::relative_index(bsdf.ior(), Vector::<f32>::from(local));
+                let index = 1.0 + (index - 1.0) * self.bend;
                 let squared = 1.0 - index * index * (1.0 - cos * cos);
                 let bends = squared > 0.0;
                 if !bends {
@@ -164,14 +174,15 @@ impl Shot {
             return Err(Failure::Missed);
         }
         self.vertices += 1;
+        self.reflections += u32::from(lobe == Lobe::Reflection);
         self.trail = trail(self.trail, hit.triangle);
         let survival = if k + self.vertices < ROULETTE_FROM {
             1.0
         } else {
             vertex.survival(scene)
         };
-        self.factor *= eval.value;
-        self.probability *= eval.pdf * survival;
+        self.factor *= value;
+        self.probability *= pdf * survival;
         self.position = vertex.position;
         self.ng = vertex.ng;
         self.offset = vertex.offset;

@@ -12,13 +12,17 @@ use glam::{Vec2, Vec3};
 /// Most vertices of a chain.
 const MOST_VERTICES: u32 = 8;
 /// Most rays of a walk from its vertex.
-const MOST_SHOTS: u32 = 16;
+const MOST_SHOTS: u32 = 12;
 /// A walk has arrived that misses its target by this angle.
 const NEAR: f32 = 2e-5;
+/// With less than the whole bend at glass, this is near enough.
+const NEAR_WHILE_BENDING: f32 = 3e-2;
+/// Least step of the bend.
+const LEAST_BEND: f32 = 1.0 / 10.0;
 /// The largest turn at once, as a tangent.
 const LARGEST_STEP: f32 = 0.5;
 /// Steps that lead away are halved until they are this short.
-const SHORTEST: f32 = 1.0 / 64.0;
+const SHORTEST: f32 = 1.0 / 4.0;
 
 /// A walk under way, or ended.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +35,15 @@ pub(super) struct Walk {
     pub(super) best: Option<(Vec3, f32, Vec3)>,
     /// The share of that turn that is being tried.
     pub(super) share: f32,
+    /// How much of the bend at glass is being tried, in (0, 1]; a walk has arrived only with all of it.
+    pub(super) bend: f32,
+    /// The most for which there is a way, and that way's direction: with none at all it is where the walk begins.
+    pub(super) bent: (f32, Vec3),
+    /// Where it begins again if it gets nowhere.
+    pub(super) other_guess: Option<Vec3>,
     pub(super) shots: u32,
+    /// Rays that it has traced, the last segment apart.
+    pub(super) rays: u32,
     pub(super) result: Result<Link, Failure>,
     /// The ray of its last segment.
     pub(super) end: u32,
@@ -56,7 +68,11 @@ impl Walk {
             shot: Shot::new(&start, guess.unwrap_or(Vec3::X)),
             best: None,
             share: 1.0,
+            bend: 1.0,
+            bent: (0.0, guess.unwrap_or(Vec3::X)),
+            other_guess: None,
             shots: 1,
+            rays: 0,
             result: Err(Failure::Missed),
             end: 0,
         }
@@ -64,15 +80,12 @@ impl Walk {
 
     /// Goes on with what its ray has hit; whether it is still under way.
     pub(super) fn advance(&mut self, scene: &Scene, hit: Option<Hit>) -> bool {
-        let outcome = match self.through {
-            Through::Mirrors(by) => {
-                let numbers = by.numbers();
-                let due = numbers[self.shot.vertices as usize];
-                self.meet(scene, hit, (due, Lobe::Reflection), numbers.len())
-            }
-            Through::Passage => self.pass(scene, hit),
-            // In and out.
-            Through::Ball(ball, _) => self.meet(scene, hit, (ball, Lobe::Transmission), 2),
+        self.rays += 1;
+        let through = self.through;
+        let outcome = match &through {
+            Through::Passage => self.go(scene, hit, &[]),
+            Through::Mirrors(by) => self.go(scene, hit, by.numbers()),
+            Through::Ball(ball, _) => self.go_through(scene, hit, *ball),
         };
         match outcome {
             Outcome::On => true,
@@ -81,60 +94,70 @@ impl Walk {
         }
     }
 
-    /// Goes on by `lobe` where it has met the reflector that is due, in a chain of so many vertices.
-    fn meet(
-        &mut self,
-        scene: &Scene,
-        hit: Option<Hit>,
-        (due, lobe): (u32, Lobe),
-        vertices: usize,
-    ) -> Outcome {
-        let Some(hit) = hit else {
-            return Outcome::Failed(Failure::Missed);
+    /// Goes on where reflections at the reflectors `by` are due in this order, and all else lets it pass.
+    fn go(&mut self, scene: &Scene, hit: Option<Hit>, by: &[u32]) -> Outcome {
+        let due = by.get(self.shot.reflections as usize).copied();
+        // After the last reflection the target is the next to come.
+        let to_target = || self.target.from(self.shot.position).1;
+        let Some(hit) = hit.filter(|hit| due.is_some() || hit.t < to_target()) else {
+            return match (due, self.shot.vertices) {
+                (Some(_), _) => Outcome::Failed(Failure::Missed),
+                (None, 0) => Outcome::Failed(Failure::Opaque),
+                _ => Outcome::Through,
+            };
         };
-        if scene.reflectors.of(hit.triangle) != Some(due) {
+        let reflector = scene.reflectors.of(hit.triangle);
+        let lobe = match (reflector, due) {
+            (Some(met), Some(due)) if met == due => Lobe::Reflection,
+            _ => Lobe::Transmission,
+        };
+        let focuses = |r| scene.reflectors.focuses(r);
+        if lobe == Lobe::Transmission && reflector.is_some_and(focuses) {
             return Outcome::Failed(Failure::Opaque);
         }
         match Interaction::new(scene, Some(hit), self.shot.direction) {
-            Interaction::Surface(vertex) => {
+            Interaction::Surface(vertex) if reflector.is_some() && vertex.bsdf(scene).has(lobe) => {
+                if self.shot.vertices == MOST_VERTICES {
+                    return Outcome::Failed(Failure::Unsolved);
+                }
                 let scattered = self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k);
                 match scattered {
-                    Ok(()) if self.shot.vertices as usize == vertices => Outcome::Through,
+                    Ok(()) if self.is_past_all(scene, by) => Outcome::Through,
                     Ok(()) => Outcome::On,
                     Err(failure) => Outcome::Failed(failure),
                 }
             }
+            // Whether it reaches the target shows when it goes there.
+            _ if due.is_none() && self.shot.vertices > 0 => Outcome::Through,
             _ => Outcome::Failed(Failure::Opaque),
         }
     }
 
-    fn pass(&mut self, scene: &Scene, hit: Option<Hit>) -> Outcome {
-        let behind = |hit: &Hit| hit.t >= self.target.from(self.shot.position).1;
-        let before = hit.filter(|hit| !behind(hit));
-        let reflector = before.and_then(|hit| scene.reflectors.of(hit.triangle));
-        if reflector.is_some_and(|r| scene.reflectors.focuses(r)) {
+    /// Whether reflections at all of `by` have been, and nothing that lets light pass can follow.
+    fn is_past_all(&self, scene: &Scene, by: &[u32]) -> bool {
+        // From a little further on, lest the surface where it is counts.
+        let ahead = self.shot.position + self.shot.direction * (4.0 * self.shot.offset);
+        self.shot.reflections as usize == by.len()
+            && !scene.reflectors.may_pass(ahead, &self.target)
+    }
+
+    /// Goes into a ball of glass and out of it.
+    fn go_through(&mut self, scene: &Scene, hit: Option<Hit>, ball: u32) -> Outcome {
+        let Some(hit) = hit else {
+            return Outcome::Failed(Failure::Missed);
+        };
+        if scene.reflectors.of(hit.triangle) != Some(ball) {
             return Outcome::Failed(Failure::Opaque);
         }
-        if let (Some(hit), Some(_)) = (before, reflector)
-            && let Interaction::Surface(vertex) =
-                Interaction::new(scene, Some(hit), self.shot.direction)
-            && vertex.bsdf(scene).has(Lobe::Transmission)
-        {
-            if self.shot.vertices == MOST_VERTICES {
-                return Outcome::Failed(Failure::Unsolved);
-            }
-            return match self
-                .shot
-                .scatter(scene, &hit, &vertex, Lobe::Transmission, self.start.k)
-            {
-                Ok(()) => Outcome::On,
-                Err(failure) => Outcome::Failed(failure),
-            };
-        }
-        match self.shot.vertices {
-            0 => Outcome::Failed(Failure::Opaque),
-            // Whether it reaches the target shows when it goes there.
-            _ => Outcome::Through,
+        let Interaction::Surface(vertex) = Interaction::new(scene, Some(hit), self.shot.direction)
+        else {
+            return Outcome::Failed(Failure::Opaque);
+        };
+        let lobe = Lobe::Transmission;
+        match self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k) {
+            Ok(()) if self.shot.vertices == 2 => Outcome::Through,
+            Ok(()) => Outcome::On,
+            Err(failure) => Outcome::Failed(failure),
         }
     }
 
@@ -161,6 +184,13 @@ impl Walk {
         if !nearer {
             return self.retreat(Failure::Unsolved);
         }
+        if self.bend < 1.0 && angle < NEAR_WHILE_BENDING {
+            let (bend, wi) = self.bent;
+            let per_bend = (shot.wi - wi) / (self.bend - bend);
+            self.bent = (self.bend, shot.wi);
+            let ahead = shot.wi + per_bend * (1.0 - self.bend);
+            return self.bend_to(1.0, ahead);
+        }
         if angle < NEAR {
             self.result = self.arrive(scene, there, distance);
             return false;
@@ -182,21 +212,47 @@ impl Walk {
         self.again()
     }
 
-    /// Tries half of the last turn, if there was one.
+    /// Tries half of the last turn, if there was one; else glass that bends less.
     fn retreat(&mut self, failure: Failure) -> bool {
         self.share *= 0.5;
-        if self.best.is_none() || self.share < SHORTEST || self.shots == MOST_SHOTS {
-            self.result = Err(failure);
+        let more_bend = 0.5 * (self.bend - self.bent.0);
+        let bends = !matches!(self.through, Through::Ball(..)) && more_bend > LEAST_BEND;
+        self.result = Err(failure);
+        if self.shots == MOST_SHOTS {
             return false;
         }
-        self.again()
+        if self.best.is_some() && self.share >= SHORTEST {
+            return self.again();
+        }
+        if bends && self.best.is_none() && failure == Failure::Reflected {
+            return self.bend_to(self.bent.0 + more_bend, self.bent.1);
+        }
+        match self.other_guess.take() {
+            Some(wi) => {
+                self.bent = (0.0, wi);
+                self.bend_to(1.0, wi)
+            }
+            None => false,
+        }
+    }
+
+    /// Goes on with so much of the bend at glass, from where there was a way with less.
+    fn bend_to(&mut self, bend: f32, wi: Vec3) -> bool {
+        (self.bend, self.best, self.share) = (bend, None, 1.0);
+        self.shoot(wi.normalize())
     }
 
     fn again(&mut self) -> bool {
-        if let Some((wi, _, turn)) = self.best {
-            self.shot = Shot::new(&self.start, (wi + turn * self.share).normalize());
-            self.shots += 1;
+        match self.best {
+            Some((wi, _, turn)) => self.shoot((wi + turn * self.share).normalize()),
+            None => true,
         }
+    }
+
+    fn shoot(&mut self, wi: Vec3) -> bool {
+        self.shot = Shot::new(&self.start, wi);
+        self.shot.bend = self.bend;
+        self.shots += 1;
         true
     }
 

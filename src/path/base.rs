@@ -2,11 +2,12 @@
 //! paths are connected or dead. What follows then is the same for all of them.
 
 use super::bounce::Flight;
-use super::chain::{self, Chains, Passages};
+use super::chain::{self, Chains};
+use super::copy::{Copy, Kinds};
 use super::grid::Grid;
 use super::light::LightBlock;
 use super::link::{Unseen, Way};
-use super::manifold::{Found, Kept, Request};
+use super::manifold::{Check, Found, Kept, Request};
 use super::plain::PlainPaths;
 use super::{Counts, Share, Tile, primary};
 use crate::gradient::{Base, Neighbour, Offset, Weights};
@@ -44,6 +45,8 @@ pub(super) struct BasePaths<const N: usize> {
     /// What lies between paths and their last rough vertices, and those.
     pub(super) chains: Chains,
     pub(super) kept: Vec<Kept<N>>,
+    /// For each chain those of the offset paths, where they copy it.
+    pub(super) copies: Vec<[Copy; N]>,
     /// Of the light step, for each live block; empty where no light goes through glass.
     pub(super) unseen: Vec<Unseen>,
     /// Of the light step: ways through balls of glass, with the live blocks, in order, and the lanes from which they are
@@ -51,6 +54,7 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) by_balls: Vec<(u32, usize, Way)>,
     pub(super) found: Vec<Found>,
     pub(super) requests: Vec<Request<N>>,
+    pub(super) checks: Vec<Check>,
     pub(super) walks: Walks,
     pub(super) counts: Counts,
 }
@@ -71,7 +75,7 @@ pub(super) struct Block<const N: usize> {
     pub(super) offsets: [OffsetsX8; N],
     /// The chains of single directions that have led here from rough vertices.
     pub(super) chain: [u32; LANES],
-    pub(super) passages: Passages<N>,
+    pub(super) kinds: Kinds<N>,
     /// What the paths gathered: [`PixelSample`] in lanes.
     primal: Vec3x8,
     to: [Vec3x8; N],
@@ -88,7 +92,7 @@ impl<const N: usize> Block<N> {
         alive: 0,
         offsets: [OffsetsX8::start(0); N],
         chain: [chain::NONE; LANES],
-        passages: Passages::NONE,
+        kinds: Kinds::NONE,
         primal: Vec3x8::ZERO,
         to: [Vec3x8::ZERO; N],
     };
@@ -216,6 +220,7 @@ impl<const N: usize> BasePaths<N> {
         self.live.clear();
         self.chains.clear();
         self.kept.clear();
+        self.copies.clear();
         if N == 0 {
             // They have all become plain paths.
             return;

@@ -2,6 +2,7 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
+use super::copy::Copy;
 use super::link::{light_end, start};
 use super::manifold::{Found, Kept};
 use super::{Context, Counts, trace_any, trace_closest};
@@ -153,11 +154,16 @@ impl<const N: usize> BasePaths<N> {
                 let ScatteringX8 {
                     delta, transmits, ..
                 } = flight.scattering;
+                for lane in lanes_of(block.in_chain() & flight.alive & delta) {
+                    let at = block.chain[lane];
+                    if let Some(chain) = self.chains.get(at) {
+                        let copies = self.copies[at as usize].iter_mut();
+                        copies.for_each(|copy| copy.scatter(chain, transmits >> lane & 1 == 1));
+                    }
+                }
                 self.chains
                     .scatter_all(scene, &mut block.chain, &flight.scattering, flight.alive);
-                block
-                    .passages
-                    .scatter(rough, flight.alive & delta & transmits);
+                block.kinds.scatter(rough, flight.alive & delta, transmits);
             }
             let left = Left {
                 from: block.vertices.position,
@@ -190,10 +196,11 @@ impl<const N: usize> BasePaths<N> {
                         let (start, pdf) = (start(&block.vertices, lane, k), pdf.lane(lane));
                         let wi = wi.lane(lane);
                         block.chain[lane] = self.chains.begin(start, wi, pdf, note);
+                        self.copies.push([Copy::NONE; N]);
                     }
                 }
                 block
-                    .passages
+                    .kinds
                     .arrive(scene, &hits, arrival.surfaces, next.rough);
                 let surfaces = (arrival.surfaces, next.rough);
                 self.chains.arrive(scene, &mut block.chain, &hits, surfaces);
@@ -215,6 +222,14 @@ impl<const N: usize> BasePaths<N> {
             };
             let batches = (&mut self.reconnection, &mut self.continuation);
             flight.shift::<DIFFUSE>(block, &following, batches, &mut self.counts);
+            if !DIFFUSE && context.walks {
+                for lane in lanes_of(rough & block.in_chain()) {
+                    let copies = &mut self.copies[block.chain[lane] as usize];
+                    for (copy, offset) in copies.iter_mut().zip(&block.offsets) {
+                        copy.wi = -offset.wo.lane(lane);
+                    }
+                }
+            }
             block.throughput = flight.scattering.carry(block.throughput);
             block.vertices = next;
             block.alive = flight.surfaces;
@@ -245,7 +260,14 @@ impl<const N: usize> BasePaths<N> {
                     let own = &mut self.own[at as usize][j];
                     let block = &mut self.blocks[at as usize];
                     let batch = &self.continuation;
-                    flight.follow_to_end(context, (block, j), batch, own, &mut self.counts);
+                    let copies = &mut self.copies;
+                    flight.follow_to_end(
+                        context,
+                        (block, j),
+                        batch,
+                        (own, copies),
+                        &mut self.counts,
+                    );
                 }
             }
         }
@@ -258,12 +280,7 @@ impl<const N: usize> BasePaths<N> {
             if flight.ends != 0 {
                 let (base, shifts) = flight.complete::<DIFFUSE>(block);
                 let weights = context.settings.weights;
-                block.gather(weights, &base, &shifts, flight.ends & !flight.by_chain);
-                // What BSDF sampling alone has found.
-                let alone = flight.by_chain & !flight.walked;
-                if !DIFFUSE && alone != 0 {
-                    block.gather(weights, &base, &[Offset::DEAD; N], alone);
-                }
+                block.gather(weights, &base, &shifts, flight.ends & !flight.walked);
             }
             for (offset, follower) in block.offsets.iter_mut().zip(&flight.followers) {
                 let joined = follower.joins & !follower.blocked;
@@ -387,7 +404,7 @@ impl<const N: usize> Flight<N> {
         context: Context,
         (block, j): (&mut Block<N>, usize),
         continuation: &ClosestBatch,
-        own: &mut VerticesX8,
+        (own, chains): (&mut VerticesX8, &mut [[Copy; N]]),
         counts: &mut Counts,
     ) {
         let scene = context.scene;
@@ -406,10 +423,13 @@ impl<const N: usize> Flight<N> {
         // Where it has reached light.
         let mut other_kind = 0;
         if context.walks {
-            let elsewhere = block.passages.arrive_own(scene, j, &hits, same);
+            let elsewhere = block.kinds.arrive_own(scene, j, &hits, same);
             counts.die(Death::Class, elsewhere);
             same &= !elsewhere;
-            other_kind = block.passages.spared_alone(j);
+            for lane in lanes_of(same & block.in_chain()) {
+                chains[block.chain[lane] as usize][j].arrive(scene, &hits, lane);
+            }
+            other_kind = block.kinds.differ(j);
             if scene.environment.map().is_none() {
                 // No walk leads to the environment.
                 other_kind &= !self.environment;
@@ -431,6 +451,9 @@ impl<const N: usize> Flight<N> {
                 Ok(radiance) => {
                     follower.radiance.set(lane, radiance);
                     follower.arrived |= 1 << lane;
+                    if self.by_chain >> lane & 1 == 1 {
+                        chains[block.chain[lane] as usize][j].end(scene, &hits, lane);
+                    }
                 }
                 Err(death) => counts.die(death, 1),
             }

@@ -38,7 +38,7 @@ enum Gone {
     Nowhere,
     /// Through what does not focus.
     Passing,
-    /// By reflections alone.
+    /// By reflections at these, and through what does not focus.
     Mirrors(Sequence),
     /// Into this ball of glass.
     Into(u32),
@@ -69,15 +69,26 @@ impl Chain {
 
     /// Whether a walk has found this chain.
     pub(super) fn is(&self, link: &Link) -> bool {
-        // Others by the same triangles are far off. By others they may be close, as on a finely faceted ball; those
-        // of one chain differ where it meets an edge, by rounding.
-        let near = if link.trail == self.trail {
-            NEAR
-        } else {
-            AS_ROUNDED
-        };
-        link.free && link.wi.distance_squared(self.wi) < near * near
+        is_found(link, self.wi, self.trail)
     }
+
+    /// The reflector at which it is.
+    pub(super) fn reflector(&self) -> Option<u32> {
+        self.reflector
+    }
+}
+
+/// Whether a walk has found the chain that leaves its rough vertex in the direction `wi` and goes by `triangles`, see
+/// [`trail`].
+pub(super) fn is_found(link: &Link, wi: Vec3, triangles: u32) -> bool {
+    // Others by the same triangles are far off. By others they may be close, as on a finely faceted ball; those
+    // of one chain differ where it meets an edge, by rounding.
+    let near = if link.trail == triangles {
+        NEAR
+    } else {
+        AS_ROUNDED
+    };
+    link.free && link.wi.distance_squared(wi) < near * near
 }
 
 /// Chains by the same triangles are the same whose first directions differ by no more than this: by as much as
@@ -127,7 +138,8 @@ impl Chains {
                 Gone::Into(reflector)
             }
             (Gone::Into(ball), true) if ball == reflector => Gone::OutOf(ball),
-            (Gone::Nowhere, false) => Gone::Mirrors(Sequence::of(reflector)),
+            (Gone::Mirrors(by), true) if !focuses => Gone::Mirrors(by),
+            (Gone::Nowhere | Gone::Passing, false) => Gone::Mirrors(Sequence::of(reflector)),
             (Gone::Mirrors(so_far), false) => match so_far.and(reflector) {
                 Some(by) => Gone::Mirrors(by),
                 None => return NONE,
@@ -178,89 +190,4 @@ impl Chains {
             }
         }
     }
-}
-
-/// Of paths that have done nothing but pass since their last rough vertices: what they have met that focuses. Those that
-/// have met nothing, or a ball of glass alone, are a walk's, with the walk's shift; the others copy half vectors. A copy
-/// must be of its base path's kind, or the shift could not be undone.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Passages<const N: usize> {
-    /// The lanes of base paths that have done nothing but pass.
-    passing: u32,
-    /// The lanes in which something focuses.
-    focused: u32,
-    /// The same of the offset paths.
-    offsets: [u32; N],
-    /// The balls at which the base paths are, or [`NONE`].
-    balls: [u32; LANES],
-}
-
-impl<const N: usize> Passages<N> {
-    pub(super) const NONE: Self = Self {
-        passing: 0,
-        focused: 0,
-        offsets: [0; N],
-        balls: [NONE; LANES],
-    };
-
-    /// The base paths have scattered: those that `begin` leave rough vertices, those that `pass` go on as before.
-    pub(super) fn scatter(&mut self, begin: u32, pass: u32) {
-        self.passing = begin | self.passing & pass;
-        self.focused &= !begin;
-        self.offsets.iter_mut().for_each(|bits| *bits &= !begin);
-    }
-
-    /// The base paths have arrived at `surfaces`. Those that are rough end chains, also where light passes them
-    /// straight.
-    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32, rough: u32) {
-        self.passing &= !(surfaces & rough);
-        self.focused |= focusing(scene, hits, surfaces & self.passing);
-        if !scene.reflectors.balls().is_empty() {
-            for lane in lanes_of(surfaces & self.passing) {
-                self.balls[lane] = ball_at(scene, hits, lane);
-            }
-        }
-    }
-
-    /// The offset paths `j` have arrived at `surfaces`; the lanes in which they are at another ball than their base
-    /// paths, or one of the two is at none.
-    pub(super) fn arrive_own(
-        &mut self,
-        scene: &Scene,
-        j: usize,
-        hits: &HitsX8,
-        surfaces: u32,
-    ) -> u32 {
-        self.offsets[j] |= focusing(scene, hits, surfaces & self.passing);
-        if scene.reflectors.balls().is_empty() {
-            return 0;
-        }
-        let elsewhere = |lane: &usize| ball_at(scene, hits, *lane) != self.balls[*lane];
-        lanes_of(surfaces & self.passing)
-            .filter(elsewhere)
-            .fold(0, |bits, lane| bits | 1 << lane)
-    }
-
-    /// The lanes in which an offset path `j` has met nothing that focuses, and its base path has.
-    pub(super) fn spared_alone(&self, j: usize) -> u32 {
-        self.passing & self.focused & !self.offsets[j]
-    }
-}
-
-/// The ball of glass that a ray has met, or [`NONE`].
-fn ball_at(scene: &Scene, hits: &HitsX8, lane: usize) -> u32 {
-    let reflector = scene.reflectors.of(hits.triangle[lane]);
-    let is_ball = |r: &u32| scene.reflectors.ball(*r).is_some();
-    reflector.filter(is_ball).unwrap_or(NONE)
-}
-
-/// The lanes of `surfaces` in which these focus what passes.
-fn focusing(scene: &Scene, hits: &HitsX8, surfaces: u32) -> u32 {
-    let focuses = |lane: &usize| {
-        let reflector = scene.reflectors.of(hits.triangle[*lane]);
-        reflector.is_some_and(|r| scene.reflectors.focuses(r))
-    };
-    lanes_of(surfaces)
-        .filter(focuses)
-        .fold(0, |bits, lane| bits | 1 << lane)
 }

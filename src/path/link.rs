@@ -64,6 +64,26 @@ pub(super) fn by_mirrors(
     (std::array::from_fn(way), probability)
 }
 
+/// The lanes of those `unseen` from which straight ways on through glass are tried, at x_k.
+pub(super) fn straight_on(
+    context: Context,
+    samplers: &[Sampler; LANES],
+    k: u32,
+    unseen: u32,
+) -> u32 {
+    let share = context.shares.passages;
+    if share == 1.0 {
+        return unseen;
+    }
+    let tries = |&lane: &usize| samplers[lane].coin(STRAIGHT_ON + k) < share;
+    lanes_of(unseen)
+        .filter(tries)
+        .fold(0, |bits, lane| bits | 1 << lane)
+}
+
+/// The first of the coins for straight ways on, beyond those for mirrors.
+const STRAIGHT_ON: u32 = 1 << 20;
+
 /// Calls `ask` with the ways to samples of light through balls of glass from the vertices x_k in `lanes`, where they are
 /// tried: with the lane, the way and its probability P(σ).
 #[inline(always)]
@@ -106,7 +126,8 @@ pub(super) fn by_balls(
 pub(super) fn probability(context: Context, from: Vec3x8, ways: &Ways) -> f32x8 {
     let reflectors = &context.scene.reflectors;
     let targets = || Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
-    let mut probability = f32x8::ONE;
+    // Straight on.
+    let mut probability = f32x8::splat(context.shares.passages);
     let mirrors = ways.map(|way| match way {
         Some((_, Through::Mirrors(by))) => Some(by),
         _ => None,

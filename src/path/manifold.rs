@@ -10,7 +10,7 @@
 use super::Context;
 use super::base::{BasePaths, Block};
 use super::chain::NONE;
-use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start};
+use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start, straight_on};
 use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::manifold::{Through, Walks};
@@ -35,6 +35,16 @@ pub(super) struct Request<const N: usize> {
     offsets: [[u32; LANES]; N],
     /// Of what BSDF sampling has found: the chains, or [`NONE`].
     chains: [u32; LANES],
+}
+
+/// A walk that may find a copy of what none finds.
+pub(super) struct Check {
+    /// The flight, the lane and the offset path.
+    index: u32,
+    lane: usize,
+    j: usize,
+    chain: u32,
+    walk: u32,
 }
 
 /// Rough vertices of base and offset paths at which chains begin.
@@ -91,8 +101,9 @@ impl<const N: usize> BasePaths<N> {
             if let Some((sampled, unseen)) = self.unseen.get(index)
                 && rough & unseen != 0
             {
+                let tried = straight_on(context, &block.samplers, k, rough & unseen);
                 let request = Request::begin(&mut requests, (index as u32, None), k);
-                for lane in lanes_of(rough & unseen) {
+                for lane in lanes_of(tried) {
                     let way = sampled.lane(lane).map(|end| (end, Through::Passage));
                     request.ask(scene, &mut self.walks, x, lane, way);
                 }
@@ -126,7 +137,7 @@ impl<const N: usize> BasePaths<N> {
     }
 
     /// Gathers paths that have reached light by chains which a walk finds too. All others of their kind are BSDF
-    /// sampling's alone, and their shifts are dead.
+    /// sampling's alone, and copy half vectors; their copies are dead if a walk finds these.
     pub(super) fn walk_again(&mut self, context: Context) {
         let mut requests = std::mem::take(&mut self.requests);
         requests.clear();
@@ -250,8 +261,8 @@ impl<const N: usize> BasePaths<N> {
         }
         let mut walks = std::mem::take(&mut self.walks);
         walks.solve(scene, context.tracer);
+        let mut checks = std::mem::take(&mut self.checks);
         for request in requests.iter_mut() {
-            let places = self.places(request);
             for lane in lanes_of(request.lanes) {
                 let found = match walks.link(request.walks[lane]) {
                     Ok(link) => match self.chains.get(request.chains[lane]) {
@@ -262,8 +273,10 @@ impl<const N: usize> BasePaths<N> {
                 };
                 if !found {
                     request.lanes &= !(1 << lane);
+                    self.check_copies(scene, request, lane, (&mut walks, &mut checks));
                 }
             }
+            let places = self.places(request);
             for (j, offset) in places.offsets.iter().enumerate() {
                 for lane in lanes_of(request.lanes & offset.free()) {
                     if let Some((end, through)) = request.ways[lane] {
@@ -276,6 +289,15 @@ impl<const N: usize> BasePaths<N> {
         }
         walks.solve(scene, context.tracer);
         self.counts.add_rays(walks.take_traced());
+        for check in checks.drain(..) {
+            let copy = &self.copies[check.chain as usize][check.j];
+            if walks.link(check.walk).is_ok_and(|link| copy.is(link)) {
+                let follower = &mut self.flights[check.index as usize].followers[check.j];
+                follower.arrived &= !(1 << check.lane);
+                self.counts.die(Death::Walk, 1);
+            }
+        }
+        self.checks = checks;
         let weights = context.settings.weights;
         for request in requests.iter().filter(|r| r.lanes != 0) {
             let places = self.places(request);
@@ -291,6 +313,45 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         self.walks = walks;
+    }
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Of a path in a lane that BSDF sampling alone finds: walks that may find the copies of its offset paths. Those that
+    /// go by others are of another kind, and dead.
+    fn check_copies(
+        &mut self,
+        scene: &Scene,
+        request: &Request<N>,
+        lane: usize,
+        (walks, checks): (&mut Walks, &mut Vec<Check>),
+    ) {
+        let (Some(note), Some((_, through))) = (request.kept, request.ways[lane]) else {
+            return;
+        };
+        let (index, chain) = (request.index, request.chains[lane]);
+        let block = &self.blocks[self.live[index as usize] as usize];
+        for (j, offset) in block.offsets.iter().enumerate() {
+            let follower = &mut self.flights[index as usize].followers[j];
+            if (offset.free() & follower.copies & follower.arrived) >> lane & 1 == 0 {
+                continue;
+            }
+            let start = start(&self.kept[note as usize].own[j], lane, request.k);
+            let copy = &self.copies[chain as usize][j];
+            match copy.way(scene, start.position, through) {
+                Some((target, through)) => checks.push(Check {
+                    index,
+                    lane,
+                    j,
+                    chain,
+                    walk: walks.push(scene, start, target, through),
+                }),
+                None => {
+                    follower.arrived &= !(1 << lane);
+                    self.counts.die(Death::Walk, 1);
+                }
+            }
+        }
     }
 }
 

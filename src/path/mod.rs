@@ -9,6 +9,7 @@ mod base;
 mod bounce;
 mod by_light;
 mod chain;
+mod copy;
 mod counts;
 mod features;
 mod grid;
@@ -19,8 +20,10 @@ mod order;
 mod plain;
 mod primary;
 pub mod replay;
+mod shares;
 
 pub use counts::Counts;
+pub use shares::Shares;
 
 use crate::filter::{Filter, Position};
 use crate::gradient::Weights;
@@ -69,6 +72,12 @@ impl PathSettings {
         let [u, v, ..] = Sampler::for_pass(self.sampler, self.seed, sample).draw(Dimension::Pixel);
         self.filter.position([u, v])
     }
+
+    /// Whether light is sampled through mirrors and glass.
+    fn walks(&self, scene: &Scene) -> bool {
+        let wanted = self.manifold != Manifold::Off;
+        wanted && !scene.reflectors.is_empty() && !scene.lights.is_empty()
+    }
 }
 
 /// A rectangle of pixels.
@@ -96,6 +105,8 @@ pub struct PathTracer<const N: usize> {
     /// same, so it is traced as a plain path that starts with throughput 1, one for each of `shares`.
     plain: PlainPaths,
     shares: Vec<Share<N>>,
+    /// How often walks are made.
+    walks: Shares,
     counts: Counts,
 }
 
@@ -116,16 +127,24 @@ struct Context<'a> {
     settings: &'a PathSettings,
     /// Whether light is sampled through mirrors and glass.
     walks: bool,
+    /// And how often.
+    shares: Shares,
 }
 
 impl<'a> Context<'a> {
-    fn new(scene: &'a Scene, tracer: &'a dyn Traverse, settings: &'a PathSettings) -> Self {
-        let wanted = settings.manifold != Manifold::Off;
+    fn new(
+        scene: &'a Scene,
+        tracer: &'a dyn Traverse,
+        settings: &'a PathSettings,
+        shares: Shares,
+    ) -> Self {
+        let always = settings.manifold == Manifold::Always;
         Self {
             scene,
             tracer,
             settings,
-            walks: wanted && !scene.reflectors.is_empty() && !scene.lights.is_empty(),
+            walks: settings.walks(scene),
+            shares: if always { Shares::ALL } else { shares },
         }
     }
 
@@ -149,7 +168,7 @@ impl<'a> Context<'a> {
         if self.always() {
             1.0
         } else {
-            TRIED * self.scene.reflectors.worth()
+            self.shares.mirrors * self.scene.reflectors.worth()
         }
     }
 
@@ -158,10 +177,6 @@ impl<'a> Context<'a> {
         sampler.coin(k) < self.tried()
     }
 }
-
-/// Light that comes by mirrors has less noise than all the rest together, so fewer samples of it do: with `q` the share
-/// of vertices that try, on scenes/mirrors.obj, error times time is the least between 1/8 and 1/4.
-const TRIED: f32 = 0.1875;
 
 /// What has just been done, for those who watch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,6 +200,14 @@ enum Step {
 }
 
 impl<const N: usize> PathTracer<N> {
+    /// One that makes walks to light so often, if at all.
+    pub fn new(walks: Shares) -> Self {
+        Self {
+            walks,
+            ..Self::default()
+        }
+    }
+
     /// Traces the samples `range` of every pixel of `tile` and adds them to `sums`.
     pub fn render(
         &mut self,
@@ -195,7 +218,7 @@ impl<const N: usize> PathTracer<N> {
         range: Range<u64>,
         sums: &mut TileSums,
     ) -> Counts {
-        let context = Context::new(scene, tracer, settings);
+        let context = Context::new(scene, tracer, settings, self.walks);
         for sample in range {
             self.trace(context, tile, sample, sums);
             let weight = settings.position(sample).weight;

@@ -7,6 +7,7 @@ use super::chain::{self, Chains};
 use super::light::{ConnectedX8, shadow_rays};
 use super::link::{self, LinksX8, Unseen, Way, light_end, start};
 use super::order::Order;
+use super::shares::Ledger;
 use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::manifold::{Through, Walks};
@@ -48,6 +49,8 @@ pub(super) struct PlainPaths {
     walks: Walks,
     /// The light of each path, in the order in which they were pushed.
     pub(super) gathered: Vec<Vec3>,
+    /// What walks cost and bring, if anyone wants to know.
+    pub(super) ledger: Option<Ledger>,
     pub(super) counts: Counts,
 }
 
@@ -327,9 +330,11 @@ impl PlainPaths {
         for (at, (sampled, unseen)) in self.unseen.iter().enumerate() {
             let block = &self.blocks[at];
             let lanes = unseen & block.throughput.is_not_zero().to_bitmask();
+            let lanes = link::straight_on(context, &block.samplers, k, lanes);
             if lanes != 0 {
                 let way = |lane: usize| Some((sampled.lane(lane)?, Through::Passage));
-                let mut request = Request::new(std::array::from_fn(way), f32x8::ONE);
+                let share = f32x8::splat(context.shares.passages);
+                let mut request = Request::new(std::array::from_fn(way), share);
                 request.vertices = block.vertices.clone();
                 request.throughput = block.throughput;
                 request.index = block.index;
@@ -366,6 +371,20 @@ impl PlainPaths {
             let value = value / (links.by_walk + by_bsdf);
             for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
                 self.gathered[request.index[lane] as usize] += value.lane(lane);
+            }
+            if let Some(ledger) = &mut self.ledger {
+                for lane in lanes_of(lanes) {
+                    if let Some((_, through)) = &request.ways[lane] {
+                        ledger.walk(through, self.walks.rays(walks[lane]));
+                    }
+                }
+                let by_bsdf = by_bsdf / links.by_walk;
+                for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
+                    if let Some((_, through)) = &request.ways[lane] {
+                        let path = request.index[lane];
+                        ledger.bring(through, path, value.lane(lane), by_bsdf.lane(lane));
+                    }
+                }
             }
         }
     }
@@ -428,7 +447,13 @@ impl PlainPaths {
                 let by_bsdf = chain.pdf * link.probability * link.geometry;
                 by_walk = way * context.scene.light_density(&found.way.0, from) / by_bsdf;
             }
-            self.gathered[found.index as usize] += found.light / (1.0 + by_walk);
+            let light = found.light / (1.0 + by_walk);
+            self.gathered[found.index as usize] += light;
+            if let Some(ledger) = &mut self.ledger {
+                let through = &found.way.1;
+                ledger.walk_again(through, self.walks.rays(found.walk));
+                ledger.bring(through, found.index, light, 1.0 / by_walk);
+            }
         }
         self.counts.add_rays(self.walks.take_traced());
     }

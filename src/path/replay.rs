@@ -3,7 +3,7 @@
 
 use super::base::{BasePaths, Block};
 use super::bounce::Flight;
-use super::{Context, Counts, PathSettings, PathTracer, Step, Tile};
+use super::{Context, Counts, PathSettings, PathTracer, Shares, Step, Tile};
 use crate::gradient::{Base, Neighbour, Offset, Weights};
 use crate::lanes::Vector;
 use crate::scene::Scene;
@@ -32,7 +32,8 @@ pub fn replay<const N: usize>(
     (x, y): (u32, u32),
     sample: u64,
 ) -> Replay {
-    let context = Context::new(scene, tracer, settings);
+    let shares = Shares::learn::<N>(scene, tracer, settings);
+    let context = Context::new(scene, tracer, settings, shares);
     let tile = Tile {
         x,
         y,
@@ -48,6 +49,9 @@ pub fn replay<const N: usize>(
         lit: Vec3::ZERO,
         shares: 0,
     };
+    if context.walks {
+        log.say(0, format!("walks to light: {}", shares.describe()));
+    }
     // As in scenes that are not diffuse, where all is known of each vertex; the bits are the same.
     paths.trace_in::<false, false>(context, tile, sample, &mut sums, &mut |paths, step| {
         log.step(context, paths, step);
@@ -154,9 +158,8 @@ impl Log {
                 {
                     self.walked(context, paths, k);
                     if !is_set(flight.walked) {
-                        let (base, _) = flight.complete::<false>(block);
-                        let what = "no walk finds this path, and it has no shifts";
-                        self.complete(what, &base, &[Offset::DEAD; N], weights);
+                        let (base, shifts) = flight.complete::<false>(block);
+                        self.complete("no walk finds this path", &base, &shifts, weights);
                     }
                 }
             }

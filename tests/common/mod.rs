@@ -234,14 +234,7 @@ impl Render {
             scene,
             tracer,
             method: self.method,
-            settings: PathSettings {
-                depth: self.depth,
-                seed: self.seed,
-                sampler: self.sampler,
-                weights: self.weights,
-                filter: self.filter,
-                manifold: self.manifold,
-            },
+            settings: self.settings(),
             first: 0,
             limits: Limits {
                 samples: self.spp,
@@ -250,6 +243,17 @@ impl Render {
         };
         let outcome = job.run(&mut film, &mut |_, _| None, &mut |_| ());
         (film, outcome.counts)
+    }
+
+    pub fn settings(&self) -> PathSettings {
+        PathSettings {
+            depth: self.depth,
+            seed: self.seed,
+            sampler: self.sampler,
+            weights: self.weights,
+            filter: self.filter,
+            manifold: self.manifold,
+        }
     }
 
     pub fn estimate(&self, scene: &Scene, tracer: &dyn Traverse) -> Estimate {

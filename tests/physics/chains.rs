@@ -2,11 +2,14 @@
 //!
 //! Significance as in `gradients`.
 
-use crate::common::{self, Ball, Rng, glass, lambert, level, light, mirror, sphere, tracer};
+use crate::common::{
+    self, Ball, Render, Rng, glass, lambert, level, light, mirror, sphere, tracer,
+};
 use crate::gradients::{SIZE, check, reference_at};
 use gdpt::gradient::Weights;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
+use gdpt::path::Shares;
 use gdpt::scene::{Scene, SceneSettings};
 use glam::Vec3;
 
@@ -153,4 +156,96 @@ fn balls_of_glass() {
     let scene = scene(&[], &balls, 0.5);
     assert_eq!(scene.reflectors.balls().len(), 2);
     agrees_in("balls of glass", &scene, 512);
+}
+
+/// A body of glass with these corners below and above, seen from above in the order that makes its sides look outwards.
+fn prism(corners: &[[f32; 2]], low: f32, high: f32) -> Vec<(Vec<[f32; 3]>, usize)> {
+    let at = |&[x, z]: &[f32; 2], y: f32| [x, y, z];
+    let level = |y: f32| corners.iter().map(move |c| at(c, y));
+    let mut faces = vec![level(high).collect(), level(low).rev().collect()];
+    for (n, a) in corners.iter().enumerate() {
+        let b = &corners[(n + 1) % corners.len()];
+        faces.push(vec![at(a, low), at(b, low), at(b, high), at(a, high)]);
+    }
+    faces.into_iter().map(|face| (face, GLASS)).collect()
+}
+
+/// A large prism over the floor, much of whose light is totally reflected inside.
+fn under_a_prism() -> Scene {
+    let mut all = Vec::new();
+    let corners = |x: f32| [[x, 0.15, 0.6], [x, 1.0, 0.6], [x, 0.15, -0.6]];
+    let ([a, b, c], [d, e, f]) = (corners(-0.9), corners(0.9));
+    for face in [
+        vec![a, d, e, b],
+        vec![b, e, f, c],
+        vec![a, c, f, d],
+        vec![a, b, c],
+        vec![d, f, e],
+    ] {
+        all.push((face, GLASS));
+    }
+    scene(&all, &[], 0.8)
+}
+
+/// Light through a prism: a half of the ways no walk finds, and they copy half vectors beside those that one finds.
+#[test]
+fn light_through_a_prism() {
+    agrees_in("prism", &under_a_prism(), 256);
+}
+
+/// Walks are made where they pay: through a window before a far lamp, not under a prism, below a wide lamp; whatever
+/// the number of threads.
+#[test]
+fn walks_are_made_as_often_as_they_pay() {
+    let learn = |scene: &Scene| {
+        let tracer = tracer(scene);
+        let settings = Render::default().settings();
+        let [one, three] = [1, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().unwrap();
+            pool.install(|| {
+                [
+                    Shares::learn::<0>(scene, &*tracer, &settings),
+                    Shares::learn::<4>(scene, &*tracer, &settings),
+                ]
+            })
+        });
+        assert_eq!(one, three);
+        one
+    };
+    let [window, prism] = [common::shipped("pane", 96, 96), under_a_prism()];
+    assert!(learn(&window).iter().all(|shares| shares.passages >= 0.5));
+    assert!(learn(&prism).iter().all(|shares| shares.passages <= 0.25));
+    let nothing = common::shipped("cornell", 96, 96);
+    assert_eq!(learn(&nothing), [Shares::default(); 2]);
+}
+
+/// Chains that are reflected and pass, in any order: inside a slab, a prism and a block, by a mirror behind glass, and
+/// beside an egg of glass, where copies of half vectors lead from what walks find to what they do not.
+#[test]
+fn glass_that_reflects_inside() {
+    let mut all = prism(
+        &[[-0.7, 0.5], [0.1, 0.5], [0.1, 0.42], [-0.7, 0.42]],
+        0.05,
+        0.7,
+    );
+    all.extend(prism(&[[0.3, 0.7], [0.8, 0.5], [0.5, 0.3]], 0.0, 0.4));
+    all.extend(prism(
+        &[[-0.3, 0.2], [0.2, 0.2], [0.2, -0.3], [-0.3, -0.3]],
+        0.1,
+        0.45,
+    ));
+    all.push((
+        upright(Vec3::new(-0.2, 0.0, -0.5), Vec3::Z, 0.8, 0.9),
+        MIRROR,
+    ));
+    let egg = Ball {
+        centre: Vec3::new(0.5, 0.35, -0.1),
+        radii: Vec3::new(0.15, 0.3, 0.15),
+        level: 3,
+        smooth: true,
+        material: GLASS,
+    };
+    let scene = scene(&all, &[egg], 0.5);
+    agrees_in("glass that reflects inside", &scene, 256);
 }

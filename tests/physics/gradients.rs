@@ -87,8 +87,14 @@ pub(super) fn check(
     tracer: &dyn Traverse,
     reference: &[Mean],
 ) {
+    // With walks wherever they can be made, and as often as they pay.
+    let manifold = match weights {
+        Weights::Mis => Manifold::Always,
+        Weights::Symmetric => Manifold::Auto,
+    };
     let render = Render {
         weights,
+        manifold,
         ..Render::default()
     };
     check_render(name, render, scene, tracer, reference);
@@ -135,10 +141,10 @@ fn check_render(
             b.mean(),
         );
     }
-    // Many small deviations one way would pass the test above. z² has mean 1; regions are correlated,
-    // so the bound is wide.
+    // Many small deviations one way would pass the test above. z² has mean 1; channels go together, and so do the three
+    // kinds in part: 2 is 3.5 standard deviations for 24 independent regions.
     let mean_sq = sum_sq / means.len() as f64;
-    assert!(mean_sq < 1.5, "{name} {weights:?}: mean z² = {mean_sq:.2}");
+    assert!(mean_sq < 2.0, "{name} {weights:?}: mean z² = {mean_sq:.2}");
 }
 
 /// One test for each scene, so that a failure names it.

@@ -289,17 +289,52 @@ proptest! {
         let link = walk((&scene, &*tracer), from, target, Through::Passage).unwrap();
         prop_assert_eq!(link.vertices, 2);
         let across = (to - from).with_y(0.0).length();
-        // The sine outside, by bisection.
-        let (mut low, mut high) = (0.0f64, 1.0);
-        for _ in 0..60 {
-            let sine = 0.5 * (low + high);
-            let tangent = |s: f64| s / (1.0 - s * s).sqrt();
-            let reached = 1.1 * tangent(sine) + f64::from(thickness) * tangent(sine / f64::from(ior));
-            if reached < f64::from(across) { low = sine } else { high = sine }
-        }
-        prop_assert!((f64::from((link.wi.with_y(0.0)).length()) - low).abs() < 1e-4, "{} {}", link.wi, low);
+        let sine = sine_outside(across, 1.1, thickness, ior);
+        prop_assert!((link.wi.with_y(0.0).length() - sine).abs() < 1e-4, "{} {}", link.wi, sine);
         let numeric = numeric_geometry((&scene, &*tracer), from, target, Through::Passage, 4e-3).unwrap();
         prop_assert!((link.geometry / numeric - 1.0).abs() < 0.02, "{} {}", link.geometry, numeric);
+    }
+
+    /// Reflected inside a slab, once or twice, the law of refraction holds where light enters and leaves, what arrives is
+    /// what is not lost, and 𝒢 is that of a numeric derivative.
+    #[test]
+    fn slabs_reflect_inside(
+        from in vector(-1.0, 1.0), to in vector(-1.0, 1.0), ior in 1.1f32..2.2, thickness in 0.02f32..0.6, twice in any::<bool>()
+    ) {
+        let sides = block(Vec3::new(-30.0, 0.0, -30.0), Vec3::new(30.0, thickness, 30.0));
+        let sides: Vec<_> = sides.iter().map(|side| (&side[..], 0)).collect();
+        let scene = polygons(&sides, vec![glass(ior)], &settings());
+        let tracer = tracer(&scene);
+        let is_at = |r: &u32, y: f32| match &scene.reflectors.list()[*r as usize].form {
+            Form::Plane(plane) => {
+                let image = plane.image(&Target::Point(Vec3::Y * (y - 1.0)));
+                matches!(image, Target::Point(p) if p.distance(Vec3::Y * (y + 1.0)) < 1e-3)
+            }
+            Form::Curved(_) => false,
+        };
+        let [bottom, top] = [0.0, thickness].map(|y| (0..6).find(|r| is_at(r, y)).unwrap());
+        // From above, and back up; or from below, down again, and up.
+        let (by, from, crossings) = if twice {
+            (Sequence::of(top).and(bottom).unwrap(), from.with_y(-0.3), 3.0)
+        } else {
+            (Sequence::of(bottom), from.with_y(thickness + 0.3), 2.0)
+        };
+        let to = to.with_y(thickness + 0.8);
+        let (target, through) = (point(to, Vec3::NEG_Y), Through::Mirrors(by));
+        let link = walk((&scene, &*tracer), from, target, through).unwrap();
+        let behind = walk((&scene, &*tracer), from, point(to, Vec3::Y), through);
+        prop_assert_eq!(behind.unwrap_err(), Failure::Behind);
+        prop_assert_eq!(link.vertices as usize, 2 + by.numbers().len());
+        let across = (to - from).with_y(0.0).length();
+        let sine = sine_outside(across, 1.1, crossings * thickness, ior);
+        prop_assert!((link.wi.with_y(0.0).length() - sine).abs() < 2e-4, "{} {}", link.wi, sine);
+        let cos = (1.0 - sine * sine).sqrt();
+        let reflected = gdpt::bsdf::fresnel::dielectric(cos, ior);
+        let expected = (1.0 - reflected).powi(2) * reflected.powi(by.numbers().len() as i32);
+        prop_assert!((link.factor.x / expected - 1.0).abs() < 1e-2, "{} {}", link.factor, expected);
+        prop_assert!((link.probability / expected - 1.0).abs() < 1e-2 || link.probability < expected);
+        let numeric = numeric_geometry((&scene, &*tracer), from, target, through, 4e-3).unwrap();
+        prop_assert!((link.geometry / numeric - 1.0).abs() < 0.03, "{} {}", link.geometry, numeric);
     }
 
     /// By a ball, what a walk finds is as short as any way, and 𝒢 is as by a numeric derivative; also to directions.
@@ -344,6 +379,23 @@ proptest! {
             prop_assert!((link.geometry / numeric - 1.0).abs() < 0.03, "{} {}", link.geometry, numeric);
         }
     }
+}
+
+/// The sine under which a ray leaves for a point so far across, through so much air and glass, by bisection.
+fn sine_outside(across: f32, air: f32, through_glass: f32, ior: f32) -> f32 {
+    let [across, air, through_glass, ior] = [across, air, through_glass, ior].map(f64::from);
+    let (mut low, mut high) = (0.0f64, 1.0);
+    for _ in 0..60 {
+        let sine = 0.5 * (low + high);
+        let tangent = |s: f64| s / (1.0 - s * s).sqrt();
+        let reached = air * tangent(sine) + through_glass * tangent(sine / ior);
+        if reached < across {
+            low = sine
+        } else {
+            high = sine
+        }
+    }
+    low as f32
 }
 
 /// What becomes of a ray in a plane through the centre of a ball of radius 1: the turn of its direction, and where it

@@ -5,7 +5,7 @@ use assert_cmd::Command;
 use gdpt::filter::Filter;
 use gdpt::gradient::Weights;
 use gdpt::path::replay::replay;
-use gdpt::path::{Manifold, PathSettings, PathTracer, Tile};
+use gdpt::path::{Manifold, PathSettings, PathTracer, Shares, Tile};
 use gdpt::sampler::{self, SamplerKind};
 use gdpt::sums::TileSums;
 
@@ -31,10 +31,11 @@ fn a_replayed_sample_has_the_bits_of_the_render() {
                 width: SIZE,
                 height: SIZE,
             };
+            let walks = Shares::learn::<4>(&scene, &*tracer, &settings);
             for sample in [0, 5] {
                 let mut sums = TileSums::default();
                 sums.reset((SIZE * SIZE) as usize);
-                let mut paths = PathTracer::<4>::default();
+                let mut paths = PathTracer::<4>::new(walks);
                 paths.render(
                     &scene,
                     &*tracer,

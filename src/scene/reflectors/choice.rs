@@ -175,16 +175,22 @@ impl Reflector {
     /// About how much of the targets it may show to the points `from`, in [0, 1]; 0 where it cannot.
     #[inline(always)]
     fn shows(&self, from: Vec3x8, targets: &Targets<f32x8>) -> f32x8 {
+        let of_all = |share: f32| {
+            let way = Vec3x8::splat(0.5 * (self.bounds.0 + self.bounds.1)) - from;
+            let area = f32x8::splat(self.area);
+            f32x8::splat(share) * area / (area + way.dot(way))
+        };
         match &self.form {
             Form::Plane(plane) => {
                 let (p, shows) = plane.shows(from, targets);
-                self.reflects(plane, p - from).only(shows)
+                let seen = self.reflects(plane, p - from).only(shows);
+                if self.is_across {
+                    seen.larger(of_all(1.0))
+                } else {
+                    seen
+                }
             }
-            Form::Curved(_) => {
-                let way = Vec3x8::splat(0.5 * (self.bounds.0 + self.bounds.1)) - from;
-                let area = f32x8::splat(self.area);
-                f32x8::splat(self.reflectance) * area / (area + way.dot(way))
-            }
+            Form::Curved(_) => of_all(self.reflectance),
         }
     }
 

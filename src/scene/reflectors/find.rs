@@ -76,11 +76,20 @@ impl Reflectors {
             .map(|(part, is_plane)| Reflector::new(mesh, materials, part, is_plane))
             .collect();
         let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
-        for (reflector, outside) in sides {
-            match &mut list[reflector as usize].form {
+        for side in sides {
+            let outside = side.outside;
+            let Reflector {
+                form,
+                is_metal,
+                is_across,
+                ..
+            } = &mut list[side.reflector as usize];
+            match form {
+                // Glass reflects inside too.
                 Form::Plane(plane) => {
                     plane.normal *= outside;
-                    plane.one_sided = true;
+                    plane.one_sided = *is_metal;
+                    *is_across = !*is_metal && side.is_across;
                 }
                 Form::Curved(curved) => {
                     curved.points.iter_mut().for_each(|p| p.1 *= outside);
@@ -120,8 +129,17 @@ impl Reflectors {
             }
         }
         // Among many, single ones alone are chosen.
-        if pairs.len() > PAIRS || list.len() >= MANY {
+        if list.len() >= MANY {
             pairs.clear();
+        }
+        if pairs.len() > PAIRS {
+            let brighter = |a: &[u32; 2], b: &[u32; 2]| {
+                let [a, b] = [a, b].map(|pair| pair.map(|r| &list[r as usize]));
+                Reflector::send(b).total_cmp(&Reflector::send(a))
+            };
+            pairs.sort_by(brighter);
+            pairs.truncate(PAIRS);
+            pairs.sort_unstable();
         }
         let grid = (list.len() >= MANY).then(|| {
             let emitter = |r: &Reflector| Emitter {
@@ -159,6 +177,13 @@ impl Reflector {
         }
     }
 
+    /// About how much of light the first may send on from the second.
+    fn send([a, b]: [&Self; 2]) -> f32 {
+        let middle = |r: &Self| 0.5 * (r.bounds.0 + r.bounds.1);
+        let apart = middle(a).distance_squared(middle(b));
+        a.reflectance * b.reflectance * a.area * b.area / (apart + a.area + b.area)
+    }
+
     fn new(mesh: &Mesh, materials: &[Material], triangles: &[u32], is_plane: bool) -> Self {
         let material = mesh.material_of[triangles[0] as usize];
         let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
@@ -189,6 +214,7 @@ impl Reflector {
         Self {
             material,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
+            is_across: false,
             triangles: triangles.len() as u32,
             area: triangles.iter().map(|&t| mesh.area(t)).sum(),
             form,
@@ -199,15 +225,23 @@ impl Reflector {
     }
 }
 
-/// What of closed bodies is seen from outside alone: what is curved, and planes beyond which nothing bulges; with 1
-/// where outside is the side of the normals, else -1.
+/// A side of a closed body.
+struct Side {
+    reflector: u32,
+    /// 1 where outside is the side of the normals, else -1.
+    outside: f32,
+    /// Whether it is a plane, and most of the body's other planes are across it.
+    is_across: bool,
+}
+
+/// What is a side of a closed body: what is curved, and planes beyond which nothing bulges.
 fn outsides(
     mesh: &Mesh,
     members: &[u32],
     edges: &Edges,
     of_triangle: &[u32],
     list: &[Reflector],
-) -> Vec<(u32, f32)> {
+) -> Vec<Side> {
     let mut bodies = Groups::new(members.len());
     for sharing in edges.shared() {
         let pairs = sharing.windows(2);
@@ -243,16 +277,33 @@ fn outsides(
         } else {
             1.0
         };
-        for reflector in planes {
+        for &reflector in &planes {
             let Form::Plane(plane) = &list[reflector as usize].form else {
-                found.push((reflector, outside));
+                found.push(Side {
+                    reflector,
+                    outside,
+                    is_across: false,
+                });
                 continue;
             };
             let heights = part.iter().flat_map(|&t| mesh.corners(t));
             let heights = heights.map(|p| plane.height(p) * outside);
             let bounds = heights.fold((0f32, 0f32), |(low, high), h| (low.min(h), high.max(h)));
             if bounds.1 < 1e-3 * (bounds.1 - bounds.0) {
-                found.push((reflector, outside));
+                let others = planes.iter().filter(|&&r| r != reflector);
+                let across = others.map(|&r| match &list[r as usize] {
+                    Reflector {
+                        form: Form::Plane(other),
+                        area,
+                        ..
+                    } => area.copysign(LEVEL - plane.normal.dot(other.normal).abs()),
+                    _ => 0.0,
+                });
+                found.push(Side {
+                    reflector,
+                    outside,
+                    is_across: across.sum::<f32>() > 0.0,
+                });
             }
         }
     }

@@ -29,6 +29,14 @@ impl Reflectors {
         let p = before.rev().fold(best, |p, form| form.mirror(p));
         (p - from).try_normalize()
     }
+
+    /// Another one, where the way to the first of these reflectors is through planes of glass that bend it: the direction
+    /// to its middle.
+    pub fn other_guess(&self, by: &Sequence, from: Vec3) -> Option<Vec3> {
+        let first = &self.list[*by.numbers().first()? as usize];
+        let middle = 0.5 * (first.bounds.0 + first.bounds.1);
+        first.is_across.then(|| (middle - from).try_normalize())?
+    }
 }
 
 impl Curved {

@@ -57,6 +57,9 @@ pub struct Reflector {
     is_metal: bool,
     /// See [`Reflectors::focuses`].
     focuses: bool,
+    /// Whether it is a plane of a body of glass to which light comes, inside, mostly through planes across it. These bend
+    /// the way there, and it reflects all.
+    is_across: bool,
     bounds: Bounds,
 }
 
@@ -85,7 +88,7 @@ type Bounds = (Vec3, Vec3);
 pub enum Through {
     /// Straight on: all that lies between vertex and target lets light pass and does not focus it.
     Passage,
-    /// Reflections at these reflectors, and nothing else.
+    /// Reflections at these reflectors in this order; all else on the way lets light pass and does not focus it.
     Mirrors(Sequence),
     /// Into this ball of glass and out of it, on one of the ways that there may be.
     Ball(u32, Branch),
@@ -94,12 +97,9 @@ pub enum Through {
 /// One to four reflectors, in the order in which a path from a rough vertex meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
-    numbers: [u32; MOST],
+    numbers: [u32; Self::MOST],
     len: u32,
 }
-
-/// Most reflectors of a sequence.
-const MOST: usize = 4;
 
 impl Sequence {
     /// A single one.
@@ -124,6 +124,9 @@ impl Sequence {
     pub fn numbers(&self) -> &[u32] {
         &self.numbers[..self.len as usize]
     }
+
+    /// Most of a sequence.
+    pub const MOST: usize = 4;
 }
 
 /// In place of the number of a reflector: none.
@@ -132,7 +135,7 @@ const NONE: u32 = u32::MAX;
 const MANY: usize = 17;
 /// Of so many, [`Reflectors::worth`].
 const WORTH_OF_MANY: f32 = 0.25;
-/// Most pairs of planes to choose from; of more, none is chosen.
+/// Most pairs of planes to choose from.
 const PAIRS: usize = 15;
 /// Most balls of glass through which walks go.
 const BALLS: usize = 4;

@@ -332,14 +332,14 @@ fn ball_on_floor(
     model
 }
 
-/// A room under a sheet of glass, with a lamp above it.
+/// A room under a sheet of glass, which is above the camera too, with a lamp above it.
 fn behind_glass(index: f32, distance: f32) -> Model {
-    let side = 0.4;
-    let mut model = Model::room(side, 20.0 * (1.0 + distance / 1.6).powi(2));
+    let (side, height) = (0.4, 2.0);
+    let mut model = Model::room(side, 20.0 * (1.0 + distance / height).powi(2));
     model.polygons.pop();
-    model.lamp([0.5, 1.65 + distance, 0.5], side);
+    model.lamp([0.5, height + 0.05 + distance, 0.5], side);
     let pane = model.material("glass", glass(index, 0.0));
-    model.cuboid([-3.0, 1.6, -3.0], [6.0, 0.05, 6.0], pane);
+    model.cuboid([-3.0, height, -3.0], [6.0, 0.05, 6.0], pane);
     model
 }
 

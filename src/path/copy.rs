@@ -1,0 +1,204 @@
+//! Chains of offset paths that copy the half vectors of their base paths' chains.
+//!
+//! What a walk finds has the walk's shift; all else copies. So that each shift can be undone, a copy must be one of
+//! what no walk finds either: of its base path's kind, by the same mirrors where a walk might have found it by those,
+//! and not found.
+
+use super::chain::{Chain, NONE, is_found};
+use super::link::light_end;
+use crate::lanes::{LANES, lanes_of};
+use crate::manifold::{Link, Through, trail};
+use crate::scene::Scene;
+use crate::scene::reflectors::{Sequence, Target};
+use crate::trace::rays::HitsX8;
+use glam::Vec3;
+
+/// A chain of an offset path, which copies that of its base path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Copy {
+    /// Unit direction in which it left its rough vertex y_r.
+    pub(super) wi: Vec3,
+    /// Where it is.
+    reflector: Option<u32>,
+    triangle: u32,
+    /// By which triangles it has gone, see [`trail`].
+    trail: u32,
+    /// Whether it has been reflected by others than its base path.
+    by_others: bool,
+    /// Where it ends.
+    end: Option<Target>,
+}
+
+impl Copy {
+    pub(super) const NONE: Self = Self {
+        wi: Vec3::ZERO,
+        reflector: None,
+        triangle: 0,
+        trail: 0,
+        by_others: false,
+        end: None,
+    };
+
+    /// Goes on as the chain `of` does.
+    pub(super) fn scatter(&mut self, of: &Chain, transmits: bool) {
+        self.trail = trail(self.trail, self.triangle);
+        self.by_others |= !transmits && self.reflector != of.reflector();
+    }
+
+    /// Has met a surface with single directions.
+    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, lane: usize) {
+        self.triangle = hits.triangle[lane];
+        self.reflector = scene.reflectors.of(self.triangle);
+    }
+
+    /// Has reached light.
+    pub(super) fn end(&mut self, scene: &Scene, hits: &HitsX8, lane: usize) {
+        self.end = light_end(scene, hits, lane).map(|end| end.target);
+    }
+
+    /// The walk that could find it from `start`, where one could find its base path's chain by `way`.
+    pub(super) fn way(
+        &self,
+        scene: &Scene,
+        start: Vec3,
+        way: Through,
+    ) -> Option<(Target, Through)> {
+        let end = self.end.filter(|_| !self.by_others)?;
+        let through = match way {
+            Through::Ball(reflector, _) => {
+                let ball = scene.reflectors.ball(reflector)?;
+                Through::Ball(reflector, ball.branch(start, self.wi, &end))
+            }
+            Through::Passage | Through::Mirrors(_) => way,
+        };
+        Some((end, through))
+    }
+
+    /// Whether a walk has found it.
+    pub(super) fn is(&self, link: &Link) -> bool {
+        is_found(link, self.wi, self.trail)
+    }
+}
+
+/// The kinds of chains that began at the last rough vertices, and of the chains of offset paths that copy them. Those
+/// with up to four reflections, all of whose passages are through what does not focus, or through a ball of glass alone,
+/// a walk may find.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kinds<const N: usize> {
+    /// The lanes of base paths that are in such chains, with no more reflections.
+    single: u32,
+    /// Of these the lanes that have done nothing but pass.
+    passing: u32,
+    reflections: [u8; LANES],
+    base: Barred,
+    offsets: [Barred; N],
+    /// The balls at which the base paths are, or [`NONE`].
+    balls: [u32; LANES],
+}
+
+/// Chains that no walk finds, balls apart.
+#[derive(Clone, Copy, Debug)]
+struct Barred {
+    /// The lanes of chains that have passed what focuses, or met what walks do not know.
+    lanes: u32,
+    /// The lanes of chains that are at what focuses.
+    before_focus: u32,
+}
+
+impl Barred {
+    const NONE: Self = Self {
+        lanes: 0,
+        before_focus: 0,
+    };
+
+    fn scatter(&mut self, begin: u32, transmits: u32) {
+        self.lanes = (self.lanes | self.before_focus & transmits) & !begin;
+    }
+
+    fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32) {
+        self.before_focus &= !surfaces;
+        for lane in lanes_of(surfaces) {
+            match scene.reflectors.of(hits.triangle[lane]) {
+                Some(r) => {
+                    self.before_focus |= u32::from(scene.reflectors.focuses(r)) << lane;
+                }
+                None => self.lanes |= 1 << lane,
+            }
+        }
+    }
+}
+
+impl<const N: usize> Kinds<N> {
+    pub(super) const NONE: Self = Self {
+        single: 0,
+        passing: 0,
+        reflections: [0; LANES],
+        base: Barred::NONE,
+        offsets: [Barred::NONE; N],
+        balls: [NONE; LANES],
+    };
+
+    /// The base paths have scattered: those that `begin` leave rough vertices, the others in `single` directions, of
+    /// which some transmit.
+    pub(super) fn scatter(&mut self, begin: u32, single: u32, transmits: u32) {
+        self.passing = begin | self.passing & single & transmits;
+        self.single = begin | self.single & single;
+        for lane in lanes_of(begin) {
+            self.reflections[lane] = 0;
+        }
+        for lane in lanes_of(self.single & !begin & !transmits) {
+            self.reflections[lane] += 1;
+            if usize::from(self.reflections[lane]) > Sequence::MOST {
+                self.single &= !(1 << lane);
+            }
+        }
+        self.base.scatter(begin, transmits);
+        for offset in &mut self.offsets {
+            offset.scatter(begin, transmits);
+        }
+    }
+
+    /// The base paths have arrived at `surfaces`. Those that are rough end chains, also where light passes them
+    /// straight.
+    pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32, rough: u32) {
+        self.single &= !(surfaces & rough);
+        self.passing &= self.single;
+        self.base.arrive(scene, hits, surfaces & self.single);
+        if !scene.reflectors.balls().is_empty() {
+            for lane in lanes_of(surfaces & self.passing) {
+                self.balls[lane] = ball_at(scene, hits, lane);
+            }
+        }
+    }
+
+    /// The offset paths `j` have arrived at `surfaces`; the lanes in which they are at another ball than their base
+    /// paths, or one of the two is at none.
+    pub(super) fn arrive_own(
+        &mut self,
+        scene: &Scene,
+        j: usize,
+        hits: &HitsX8,
+        surfaces: u32,
+    ) -> u32 {
+        self.offsets[j].arrive(scene, hits, surfaces & self.single);
+        if scene.reflectors.balls().is_empty() {
+            return 0;
+        }
+        let elsewhere = |lane: &usize| ball_at(scene, hits, *lane) != self.balls[*lane];
+        lanes_of(surfaces & self.passing)
+            .filter(elsewhere)
+            .fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// The lanes in which a walk may find the chain of an offset path `j`, and not that of its base path, or that alone.
+    pub(super) fn differ(&self, j: usize) -> u32 {
+        self.single & (self.base.lanes ^ self.offsets[j].lanes)
+    }
+}
+
+/// The ball of glass that a ray has met, or [`NONE`].
+fn ball_at(scene: &Scene, hits: &HitsX8, lane: usize) -> u32 {
+    let reflector = scene.reflectors.of(hits.triangle[lane]);
+    let is_ball = |r: &u32| scene.reflectors.ball(*r).is_some();
+    reflector.filter(is_ball).unwrap_or(NONE)
+}
