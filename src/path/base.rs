@@ -3,7 +3,7 @@
 
 use super::bounce::Flight;
 use super::chain::{self, Chains};
-use super::copy::{Copy, Kinds};
+use super::copied::{CopiedChain, Kinds};
 use super::grid::Grid;
 use super::light::LightBlock;
 use super::link::{Unseen, Way};
@@ -46,7 +46,7 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) chains: Chains,
     pub(super) kept: Vec<Kept<N>>,
     /// For each chain those of the offset paths, where they copy it.
-    pub(super) copies: Vec<[Copy; N]>,
+    pub(super) copies: Vec<[CopiedChain; N]>,
     /// Of the light step, for each live block; empty where no light goes through glass.
     pub(super) unseen: Vec<Unseen>,
     /// Of the light step: ways through balls of glass, with the live blocks, in order, and the lanes from which they are

@@ -2,7 +2,7 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
-use super::copy::Copy;
+use super::copied::CopiedChain;
 use super::link::{light_end, start};
 use super::manifold::{Found, Kept};
 use super::{Context, Counts, trace_any, trace_closest};
@@ -196,7 +196,7 @@ impl<const N: usize> BasePaths<N> {
                         let (start, pdf) = (start(&block.vertices, lane, k), pdf.lane(lane));
                         let wi = wi.lane(lane);
                         block.chain[lane] = self.chains.begin(start, wi, pdf, note);
-                        self.copies.push([Copy::NONE; N]);
+                        self.copies.push([CopiedChain::NONE; N]);
                     }
                 }
                 block
@@ -404,7 +404,7 @@ impl<const N: usize> Flight<N> {
         context: Context,
         (block, j): (&mut Block<N>, usize),
         continuation: &ClosestBatch,
-        (own, chains): (&mut VerticesX8, &mut [[Copy; N]]),
+        (own, chains): (&mut VerticesX8, &mut [[CopiedChain; N]]),
         counts: &mut Counts,
     ) {
         let scene = context.scene;

@@ -99,9 +99,9 @@ impl<const N: usize> BasePaths<N> {
                 continue;
             }
             if let Some((sampled, unseen)) = self.unseen.get(index)
-                && rough & unseen != 0
+                && let tried = straight_on(context, &block.samplers, k, rough & unseen)
+                && tried != 0
             {
-                let tried = straight_on(context, &block.samplers, k, rough & unseen);
                 let request = Request::begin(&mut requests, (index as u32, None), k);
                 for lane in lanes_of(tried) {
                     let way = sampled.lane(lane).map(|end| (end, Through::Passage));
@@ -303,6 +303,13 @@ impl<const N: usize> BasePaths<N> {
             let places = self.places(request);
             let (base, shifts, valid, dead) = places.complete(context, &walks, request);
             self.counts.deaths[Death::Walk as usize] += u64::from(dead);
+            if request.kept.is_some() {
+                // What a walk finds, and is of no use, does not copy either.
+                let followers = &mut self.flights[request.index as usize].followers;
+                for follower in followers {
+                    follower.arrived &= !(follower.copies & request.lanes & !valid);
+                }
+            }
             if valid == 0 {
                 continue;
             }

@@ -9,7 +9,7 @@ mod base;
 mod bounce;
 mod by_light;
 mod chain;
-mod copy;
+mod copied;
 mod counts;
 mod features;
 mod grid;

@@ -15,7 +15,7 @@ use glam::Vec3;
 
 /// A chain of an offset path, which copies that of its base path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Copy {
+pub(super) struct CopiedChain {
     /// Unit direction in which it left its rough vertex y_r.
     pub(super) wi: Vec3,
     /// Where it is.
@@ -29,7 +29,7 @@ pub(super) struct Copy {
     end: Option<Target>,
 }
 
-impl Copy {
+impl CopiedChain {
     pub(super) const NONE: Self = Self {
         wi: Vec3::ZERO,
         reflector: None,
