@@ -41,8 +41,8 @@ const OTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 /// Rays of other kinds to which a walk's ray amounts, and one more for each walk: so much time they take, about.
 const COST: f64 = 1.8;
 
-/// So much less what walks bring adds to the noise of a picture from differences, which shifts by walks keep small: on
-/// scenes/mirrors.obj, from shares of 1/16 to 1.
+/// What walks bring adds so much less to the noise of a picture from differences, as shifts by walks keep these small;
+/// measured on scenes/mirrors.obj with shares from 1/16 to 1.
 const OF_GRADIENTS: f64 = 1.0 / 3.0;
 
 impl Default for Shares {
@@ -110,13 +110,8 @@ impl Shares {
         // Of what walks do not bring.
         let rest = (variance - moments.iter().map(|m| m[0]).sum::<f64>()).max(0.0);
         let mut best = (f64::INFINITY, [0; KINDS]);
-        for choice in 0..CHOICE.len().pow(KINDS as u32) {
-            let mut digits = choice;
-            let at = [0; KINDS].map(|_: usize| {
-                let digit = digits % CHOICE.len();
-                digits /= CHOICE.len();
-                digit
-            });
+        let all = 0..CHOICE.len();
+        for at in all.clone().flat_map(|p| all.clone().map(move |m| [p, m])) {
             let of = |kind: usize| moments[kind][at[kind]];
             let noise = rest + counts * (0..KINDS).map(of).sum::<f64>();
             let of = |kind: usize| f64::from(CHOICE[at[kind]]) * walks[kind] + again[kind];
