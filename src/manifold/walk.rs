@@ -35,9 +35,8 @@ pub(super) struct Walk {
     pub(super) best: Option<(Vec3, f32, Vec3)>,
     /// The share of that turn that is being tried.
     pub(super) share: f32,
-    /// How much of the bend at glass is being tried, in (0, 1]; a walk has arrived only with all of it.
-    pub(super) bend: f32,
-    /// The most for which there is a way, and that way's direction: with none at all it is where the walk begins.
+    /// The most of the bend at glass for which there is a way, and that way's direction: with none at all it is where the
+    /// walk begins. It has arrived only with all of it.
     pub(super) bent: (f32, Vec3),
     /// Where it begins again if it gets nowhere.
     pub(super) other_guess: Option<Vec3>,
@@ -68,7 +67,6 @@ impl Walk {
             shot: Shot::new(&start, guess.unwrap_or(Vec3::X)),
             best: None,
             share: 1.0,
-            bend: 1.0,
             bent: (0.0, guess.unwrap_or(Vec3::X)),
             other_guess: None,
             shots: 1,
@@ -184,11 +182,11 @@ impl Walk {
         if !nearer {
             return self.retreat(Failure::Unsolved);
         }
-        if self.bend < 1.0 && angle < NEAR_WHILE_BENDING {
+        if shot.bend < 1.0 && angle < NEAR_WHILE_BENDING {
             let (bend, wi) = self.bent;
-            let per_bend = (shot.wi - wi) / (self.bend - bend);
-            self.bent = (self.bend, shot.wi);
-            let ahead = shot.wi + per_bend * (1.0 - self.bend);
+            let per_bend = (shot.wi - wi) / (shot.bend - bend);
+            let ahead = shot.wi + per_bend * (1.0 - shot.bend);
+            self.bent = (shot.bend, shot.wi);
             return self.bend_to(1.0, ahead);
         }
         if angle < NEAR {
@@ -201,31 +199,35 @@ impl Walk {
         let determinant = change[0].perp_dot(change[1]);
         let miss = sine * (angle / length);
         let step = Vec2::new(change[1].perp_dot(miss), miss.perp_dot(change[0])) / determinant;
-        if !step.is_finite() || self.shots == MOST_SHOTS {
+        if !step.is_finite() || self.shots >= MOST_SHOTS {
             self.result = Err(Failure::Unsolved);
             return false;
         }
         let step = step.clamp_length_max(LARGEST_STEP);
         let turn = shot.tangents[0] * step.x + shot.tangents[1] * step.y;
+        let next = shot.wi + turn;
         self.best = Some((shot.wi, angle, turn));
         self.share = 1.0;
-        self.again()
+        self.shoot(shot.bend, next)
     }
 
     /// Tries half of the last turn, if there was one; else glass that bends less.
     fn retreat(&mut self, failure: Failure) -> bool {
         self.share *= 0.5;
-        let more_bend = 0.5 * (self.bend - self.bent.0);
-        let bends = !matches!(self.through, Through::Ball(..)) && more_bend > LEAST_BEND;
         self.result = Err(failure);
-        if self.shots == MOST_SHOTS {
+        if self.shots >= MOST_SHOTS {
             return false;
         }
-        if self.best.is_some() && self.share >= SHORTEST {
-            return self.again();
+        if let Some((wi, _, turn)) = self.best
+            && self.share >= SHORTEST
+        {
+            return self.shoot(self.shot.bend, wi + turn * self.share);
         }
+        let (bent, wi) = self.bent;
+        let more_bend = 0.5 * (self.shot.bend - bent);
+        let bends = !matches!(self.through, Through::Ball(..)) && more_bend > LEAST_BEND;
         if bends && self.best.is_none() && failure == Failure::Reflected {
-            return self.bend_to(self.bent.0 + more_bend, self.bent.1);
+            return self.bend_to(bent + more_bend, wi);
         }
         match self.other_guess.take() {
             Some(wi) => {
@@ -236,22 +238,15 @@ impl Walk {
         }
     }
 
-    /// Goes on with so much of the bend at glass, from where there was a way with less.
+    /// Begins again in the direction `wi`, with so much of the bend at glass.
     fn bend_to(&mut self, bend: f32, wi: Vec3) -> bool {
-        (self.bend, self.best, self.share) = (bend, None, 1.0);
-        self.shoot(wi.normalize())
+        (self.best, self.share) = (None, 1.0);
+        self.shoot(bend, wi)
     }
 
-    fn again(&mut self) -> bool {
-        match self.best {
-            Some((wi, _, turn)) => self.shoot((wi + turn * self.share).normalize()),
-            None => true,
-        }
-    }
-
-    fn shoot(&mut self, wi: Vec3) -> bool {
-        self.shot = Shot::new(&self.start, wi);
-        self.shot.bend = self.bend;
+    fn shoot(&mut self, bend: f32, wi: Vec3) -> bool {
+        self.shot = Shot::new(&self.start, wi.normalize());
+        self.shot.bend = bend;
         self.shots += 1;
         true
     }

@@ -31,7 +31,7 @@ const LEAST_SHARE: f32 = 1e-5;
 pub(super) const LARGEST: f32 = 1.0 / LEAST_SHARE;
 /// Accuracy of the solve. As squares, what is left is about a hundredth of the picture's own noise
 /// (cornell at 256x256 and at 1920x1080), a tenth where light is rare (ajar).
-pub(super) const TOLERANCE: f64 = 1.5e-3;
+const TOLERANCE: f64 = 1.5e-3;
 /// Fewer samples in a half do not tell a variance.
 pub(super) const LEAST_SAMPLES: u64 = 2;
 

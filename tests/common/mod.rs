@@ -377,3 +377,20 @@ pub fn chi_square(what: &str, observed: &[f64], expected: &[f64], significance: 
         "{what}: χ² = {statistic:.1} with {bins} bins, p = {p:.2e}"
     );
 }
+
+/// A prism along x, between these bounds of x, y and z: its right angle at the low y and the first z, its sides outwards.
+pub fn wedge(
+    [l, r]: [f32; 2],
+    [low, high]: [f32; 2],
+    [front, back]: [f32; 2],
+) -> [Vec<[f32; 3]>; 5] {
+    let corners = |x: f32| [[x, low, front], [x, high, front], [x, low, back]];
+    let ([a, b, c], [d, e, f]) = (corners(l), corners(r));
+    [
+        vec![a, d, e, b],
+        vec![b, e, f, c],
+        vec![a, c, f, d],
+        vec![a, b, c],
+        vec![d, f, e],
+    ]
+}

@@ -172,18 +172,8 @@ fn prism(corners: &[[f32; 2]], low: f32, high: f32) -> Vec<(Vec<[f32; 3]>, usize
 
 /// A large prism over the floor, much of whose light is totally reflected inside.
 fn under_a_prism() -> Scene {
-    let mut all = Vec::new();
-    let corners = |x: f32| [[x, 0.15, 0.6], [x, 1.0, 0.6], [x, 0.15, -0.6]];
-    let ([a, b, c], [d, e, f]) = (corners(-0.9), corners(0.9));
-    for face in [
-        vec![a, d, e, b],
-        vec![b, e, f, c],
-        vec![a, c, f, d],
-        vec![a, b, c],
-        vec![d, f, e],
-    ] {
-        all.push((face, GLASS));
-    }
+    let faces = common::wedge([-0.9, 0.9], [0.15, 1.0], [0.6, -0.6]);
+    let all = faces.map(|face| (face, GLASS));
     scene(&all, &[], 0.8)
 }
 

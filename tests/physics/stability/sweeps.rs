@@ -256,17 +256,7 @@ fn rim(index: f32) -> Model {
     model.environment = 0.3;
     let prism = model.material("glass", glass(index, 0.0));
     // A right angle away from the camera.
-    let (l, r, t) = (-0.8, 0.8, 1.2);
-    let (front, back) = (0.6, -0.6);
-    let corners = |x: f32| [[x, 0.2, front], [x, t, front], [x, 0.2, back]];
-    let ([a, b, c], [d, e, f]) = (corners(l), corners(r));
-    for polygon in [
-        vec![a, d, e, b],
-        vec![b, e, f, c],
-        vec![a, c, f, d],
-        vec![a, b, c],
-        vec![d, f, e],
-    ] {
+    for polygon in crate::common::wedge([-0.8, 0.8], [0.2, 1.2], [0.6, -0.6]) {
         model.polygons.push((polygon, prism));
     }
     model
