@@ -4,7 +4,7 @@
 use crate::denoise::Features;
 use crate::film::{Film, Halves};
 use crate::image::Image;
-use crate::reconstruct::error_estimate::{self, Halved};
+use crate::reconstruct::error_estimate::{self, HalfPictures, Halved};
 use crate::reconstruct::{self, Alpha, Method, Solution, Source};
 use std::time::Instant;
 
@@ -28,7 +28,7 @@ pub struct Picture {
 /// Light seen directly: of both halves, and of all samples.
 pub struct Direct {
     /// Means of half A and of half B.
-    pub halves: [Image; 2],
+    pub halves: HalfPictures,
     /// Mean of all samples.
     pub all: Image,
 }
@@ -42,12 +42,10 @@ pub fn make(method: Method, source: &Source, direct: &Direct) -> Picture {
         let solved = Halved {
             all: &made.picture,
             halves: &halves,
-            unbiased: made.unbiased.as_ref(),
         };
         let direct = Halved {
             all: &direct.all,
             halves: &direct.halves,
-            unbiased: None,
         };
         error_estimate::estimate(solved, direct, source.samples)
     });
@@ -79,7 +77,7 @@ pub fn of_film(film: &Film, method: Method) -> Picture {
         features: features.as_ref(),
     };
     let direct = Direct {
-        halves: [Halves::A, Halves::B].map(|half| film.direct(half)),
+        halves: HalfPictures::Alike([Halves::A, Halves::B].map(|half| film.direct(half))),
         all: film.direct(Halves::Both),
     };
     let mut picture = make(method, &source, &direct);

@@ -18,6 +18,7 @@ use crate::output::format::Format;
 use crate::output::stats::{Shown, solving};
 use crate::picture::{self, Direct};
 use crate::progress::Reporter;
+use crate::reconstruct::error_estimate::HalfPictures;
 use crate::reconstruct::{Alpha, Kind, Solution, Source};
 use std::path::Path;
 
@@ -259,7 +260,7 @@ fn own_file(path: &Path) -> Result<Input> {
             second: None,
             samples: halves,
             direct: Direct {
-                halves: [direct.clone(), direct.clone()],
+                halves: HalfPictures::Alike([direct.clone(), direct.clone()]),
                 all: direct,
             },
             coverage,
@@ -278,7 +279,7 @@ fn own_file(path: &Path) -> Result<Input> {
         second: Some(b),
         samples: halves,
         direct: Direct {
-            halves: [direct_a, direct_b],
+            halves: HalfPictures::Alike([direct_a, direct_b]),
             all: direct,
         },
         coverage,
@@ -427,7 +428,7 @@ fn three_files(primal: &Path, dx: &Path, dy: &Path, direct: Option<&Path>) -> Re
         second: None,
         samples: [1, 0],
         direct: Direct {
-            halves: [direct.clone(), direct.clone()],
+            halves: HalfPictures::Alike([direct.clone(), direct.clone()]),
             all: direct,
         },
         coverage: vec![1.0; width * height],

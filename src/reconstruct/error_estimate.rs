@@ -1,6 +1,10 @@
 //! How far a picture is from the truth, from its two halves: they are independent, so what they disagree
 //! about is noise. Of a biased picture the halves agree on what is wrong; that shows against other pictures of the halves,
 //! which have no bias: (X_A - U_B)² is the bias squared and the variances of both.
+//!
+//! A picture that improves on the mean of its halves has taken noise from it. What is left is the mean's variance less the
+//! square of what was taken, if the two have nothing to do with each other, as it is for a best estimate (Rao 1952);
+//! where dots are made smaller, in place of being taken away, less is left than that. So it is an upper estimate.
 
 use super::blur::{blur, blur_signed};
 use crate::image::Image;
@@ -11,25 +15,50 @@ const SMOOTHING: f32 = 3.0;
 /// In relMSE: added to the square of the picture.
 const EPSILON: f32 = 0.01;
 
+/// Pictures of one half of the samples each, independent of one another.
+#[derive(Clone, Debug)]
+pub enum HalfPictures {
+    /// Made as the picture of all is, which has about half their variance.
+    Alike([Image; 2]),
+    /// The same of a picture with bias, and others without bias worth the name, to measure it.
+    Biased {
+        /// With the picture's bias.
+        halves: [Image; 2],
+        /// Without.
+        unbiased: [Image; 2],
+    },
+    /// The picture of all improves on their mean.
+    Improved([Image; 2]),
+}
+
+impl HalfPictures {
+    /// The pictures that are closest to the picture of all.
+    pub fn pictures(&self) -> &[Image; 2] {
+        match self {
+            HalfPictures::Alike(halves)
+            | HalfPictures::Improved(halves)
+            | HalfPictures::Biased { halves, .. } => halves,
+        }
+    }
+}
+
 /// The error of a picture.
 #[derive(Clone, Debug)]
 pub struct Estimated {
     /// Standard error of each pixel, smoothed.
     pub standard: Image,
     /// Mean of the squared error over the square of the picture + 0.01: relMSE without a reference. It
-    /// sees nothing that no sample has found yet, and bias only where unbiased pictures are given.
+    /// sees nothing that no sample has found yet, and bias only of [`HalfPictures::Biased`].
     pub rel_mse: f64,
 }
 
-/// An image, and the two independent halves of which it is the mean.
+/// An image, and what is known of its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Halved<'a> {
     /// All samples.
     pub all: &'a Image,
     /// Of half A and of half B.
-    pub halves: &'a [Image; 2],
-    /// Of both halves without bias, where `halves` have some.
-    pub unbiased: Option<&'a [Image; 2]>,
+    pub halves: &'a HalfPictures,
 }
 
 /// The error of the sum of what was reconstructed and of light seen directly. `samples` are those of the
@@ -46,37 +75,55 @@ pub fn estimate(solved: Halved, direct: Halved, samples: [u64; 2]) -> Estimated 
             let (a, b) = (&images[0].channels[c], &images[1].channels[c]);
             a.iter().zip(b).map(|(a, b)| a - b).collect()
         };
-        let (of_solved, of_direct) = (difference(solved.halves), difference(direct.halves));
+        let (of_solved, of_direct) = (
+            difference(solved.halves.pictures()),
+            difference(direct.halves.pictures()),
+        );
         // The picture's own noise must not be divided by: an outlier would hide itself.
         let mut brightness = median(&solved.all.channels[c], width);
         let seen = &direct.all.channels[c];
         brightness.iter_mut().zip(seen).for_each(|(b, d)| *b += d);
-        let mut bias = match solved.unbiased {
-            Some(unbiased) => bias(solved.halves, unbiased, c),
-            None => vec![0.0; of_solved.len()],
+        // What the halves' variance leaves out, of either sign.
+        let mut rest = match solved.halves {
+            HalfPictures::Alike(_) => vec![0.0; of_solved.len()],
+            HalfPictures::Biased { halves, unbiased } => bias(halves, unbiased, c),
+            HalfPictures::Improved(halves) => taken(solved.all, halves, [na, nb], c),
         };
-        let errors = of_solved.iter().zip(&of_direct).zip(&bias);
+        let errors = of_solved.iter().zip(&of_direct).zip(&rest);
         for (((s, d), b), i) in errors.zip(&brightness) {
             sum += f64::from((share * (s + d) * (s + d) + b) / (i * i + EPSILON));
         }
         // Light seen directly has error at the edges of lamps alone: that is not spread.
         let mut variance: Vec<f32> = of_solved.iter().map(|s| share * s * s).collect();
         blur(&mut variance, width, SMOOTHING);
-        if solved.unbiased.is_some() {
-            blur_signed(&mut bias, width, SMOOTHING);
+        match solved.halves {
+            HalfPictures::Alike(_) => {}
+            HalfPictures::Biased { .. } => {
+                blur_signed(&mut rest, width, SMOOTHING);
+                rest.iter_mut().for_each(|bias| *bias = bias.max(0.0));
+            }
+            HalfPictures::Improved(_) => blur_signed(&mut rest, width, SMOOTHING),
         }
         let total = variance
             .iter()
             .zip(&of_direct)
-            .zip(&bias)
-            .map(|((v, d), b)| v + share * d * d + b.max(0.0));
+            .zip(&rest)
+            .map(|((v, d), b)| (v + b).max(0.0) + share * d * d);
         standard.channels[c] = total.map(f32::sqrt).collect();
     }
     Estimated {
         standard,
-        // Of nearly nothing the bias may come out below it.
+        // Of nearly nothing the rest may come out below it.
         rel_mse: (sum / (3 * width * height) as f64).max(0.0),
     }
+}
+
+/// What a picture has less of each pixel's variance than the mean of its halves: minus the square of what it took from it.
+fn taken(all: &Image, halves: &[Image; 2], [na, nb]: [f32; 2], channel: usize) -> Vec<f32> {
+    let [a, b] = halves.each_ref().map(|half| &half.channels[channel]);
+    let pairs = a.iter().zip(b).zip(&all.channels[channel]);
+    let taken = pairs.map(|((a, b), x)| x - (a + (b - a) * (nb / (na + nb))));
+    taken.map(|t| -t * t).collect()
 }
 
 /// The squared bias of each pixel of a channel, of either sign by the noise in it.

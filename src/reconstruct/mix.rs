@@ -5,6 +5,7 @@
 //! next to no bias.
 
 use super::blur::{blur, blur_signed};
+use super::error_estimate::HalfPictures;
 use super::{Reconstruction, Source, weighted};
 use crate::denoise::Denoiser;
 use crate::image::Image;
@@ -16,45 +17,73 @@ const SMOOTHING: f32 = 4.0;
 /// that weighted needs.
 pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
     let (width, height) = source.size;
-    let (weighted, solution) = weighted::solve(source);
-    let denoise =
-        |images: &[Image; 2]| [0, 1].map(|half| denoiser.denoise(&images[half], source.features));
+    let (improved, weighted, solution) = weighted::improved(source);
+    let [of_primal, of_weighted] = denoised(source, &weighted, denoiser);
+    let pictures = [&of_primal, &of_weighted].map(|halves| source.merge(halves));
+    let [first, second] = &pictures;
+    let candidates = [
+        (&improved, &weighted),
+        (first, &of_primal),
+        (second, &of_weighted),
+    ];
+    let mut sum = vec![0f32; width * height];
+    let mut picture = Image::new(width, height);
+    let mut halves = [(); 2].map(|()| Image::new(width, height));
+    for (candidate, candidate_halves) in candidates {
+        let errors = errors(source, candidate, candidate_halves, &weighted);
+        for (pixel, error) in errors.iter().enumerate() {
+            let share = 1.0 / error;
+            sum[pixel] += share;
+            let add = |image: &mut Image, of_candidate: &Image| {
+                image.set(pixel, image.get(pixel) + share * of_candidate.get(pixel));
+            };
+            add(&mut picture, candidate);
+            add(&mut halves[0], &candidate_halves[0]);
+            add(&mut halves[1], &candidate_halves[1]);
+        }
+    }
+    for image in halves.iter_mut().chain([&mut picture]) {
+        for (pixel, sum) in sum.iter().enumerate() {
+            image.set(pixel, image.get(pixel) / *sum);
+        }
+    }
+    Reconstruction {
+        picture,
+        halves: Some(HalfPictures::Biased {
+            halves,
+            unbiased: weighted,
+        }),
+        solution,
+        seconds_halves: 0.0,
+    }
+}
+
+/// The halves' primals, denoised, and their weighted pictures, denoised.
+pub(super) fn denoised(
+    source: &Source,
+    weighted: &[Image; 2],
+    denoiser: &Denoiser,
+) -> [[Image; 2]; 2] {
     let primals = [0, 1].map(|half| source.images(half).primal);
     let not_negative = weighted.clone().map(|mut image| {
         let values = image.channels.iter_mut().flatten();
         values.for_each(|v| *v = v.max(0.0));
         image
     });
-    let candidates = [weighted.clone(), denoise(&primals), denoise(&not_negative)];
-    let mut sum = vec![0f32; width * height];
-    let mut halves = [(); 2].map(|()| Image::new(width, height));
-    for candidate in &candidates {
-        let errors = errors(candidate, &weighted, width);
-        for (pixel, error) in errors.iter().enumerate() {
-            let share = 1.0 / error;
-            sum[pixel] += share;
-            for (half, of_candidate) in halves.iter_mut().zip(candidate) {
-                half.set(pixel, half.get(pixel) + share * of_candidate.get(pixel));
-            }
-        }
-    }
-    for half in &mut halves {
-        for (pixel, sum) in sum.iter().enumerate() {
-            half.set(pixel, half.get(pixel) / *sum);
-        }
-    }
-    Reconstruction {
-        picture: source.merge(&halves),
-        halves: Some(halves),
-        unbiased: Some(weighted),
-        solution,
-        seconds_halves: 0.0,
-    }
+    [primals, not_negative]
+        .map(|halves| halves.map(|half| denoiser.denoise(&half, source.features)))
 }
 
-/// The squared errors, positive, of the mean of a candidate's halves, over the channels: how far each is from the other
-/// half's weighted picture, less the variance of that; of its own variance one half.
-fn errors(candidate: &[Image; 2], weighted: &[Image; 2], width: usize) -> Vec<f32> {
+/// The squared errors, positive, of a candidate, over the channels. Of the mean of its halves: how far each is from the
+/// other half's weighted picture, less the variance of that; of its own variance one half. Of that variance less the
+/// square of what it took from the mean.
+fn errors(
+    source: &Source,
+    candidate: &Image,
+    halves: &[Image; 2],
+    weighted: &[Image; 2],
+) -> Vec<f32> {
+    let width = source.size.0;
     let squares = |a: &Image, b: &Image| -> Vec<f32> {
         let square = |pixel| (a.get(pixel) - b.get(pixel)).length_squared();
         (0..a.width * a.height).map(square).collect()
@@ -63,11 +92,12 @@ fn errors(candidate: &[Image; 2], weighted: &[Image; 2], width: usize) -> Vec<f3
         blur(&mut values, width, SMOOTHING);
         values
     };
-    let across = squares(&candidate[0], &weighted[1]);
-    let back = squares(&candidate[1], &weighted[0]);
+    let across = squares(&halves[0], &weighted[1]);
+    let back = squares(&halves[1], &weighted[0]);
     let both = across.iter().zip(&back).map(|(a, b)| 0.5 * (a + b));
     let noise = squares(&weighted[0], &weighted[1]);
-    let own = squares(&candidate[0], &candidate[1]);
+    let own = squares(&halves[0], &halves[1]);
+    let taken = blurred(squares(candidate, &source.merge(halves)));
     let excess = both.zip(&noise).zip(&own);
     let mut bias: Vec<f32> = excess.map(|((e, n), o)| e - 0.5 * n - 0.5 * o).collect();
     let mut squared: Vec<f32> = bias.iter().map(|b| b * b).collect();
@@ -75,10 +105,10 @@ fn errors(candidate: &[Image; 2], weighted: &[Image; 2], width: usize) -> Vec<f3
     blur(&mut squared, width, SMOOTHING);
     let count = 4.0 * std::f32::consts::PI * SMOOTHING * SMOOTHING;
     let variance = blurred(own);
-    let all = bias.iter().zip(&squared).zip(&variance);
-    all.map(|((b, s), v)| {
+    let all = bias.iter().zip(&squared).zip(variance.iter().zip(&taken));
+    all.map(|((b, s), (v, t))| {
         let doubt = ((s - b * b).max(0.0) / count).sqrt();
-        (b.max(0.0) + doubt + 0.25 * v).max(f32::MIN_POSITIVE)
+        (b.max(0.0) + doubt + (0.25 * v - t).max(0.0)).max(f32::MIN_POSITIVE)
     })
     .collect()
 }

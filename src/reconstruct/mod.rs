@@ -13,12 +13,14 @@ pub mod l2;
 mod mix;
 mod multigrid;
 mod weighted;
+mod witness;
 
 use crate::denoise::{Denoiser, Features};
 use crate::error::Result;
 use crate::estimate::Planes;
 use crate::image::Image;
 use clap::ValueEnum;
+use error_estimate::HalfPictures;
 use std::time::Instant;
 
 /// The ways to make a picture, by name.
@@ -82,13 +84,14 @@ impl Kind {
             needs_halves: true,
             has_alpha: false,
             denoises: false,
-            is_linear: true,
+            is_linear: false,
             is_biased: false,
         };
         match self {
             Kind::Weighted => weighted,
             Kind::L2 => Facts {
                 name: "l2",
+                is_linear: true,
                 needs_halves: false,
                 has_alpha: true,
                 ..weighted
@@ -97,20 +100,17 @@ impl Kind {
                 name: "l1",
                 needs_halves: false,
                 has_alpha: true,
-                is_linear: false,
                 ..weighted
             },
             Kind::Guided => Facts {
                 name: "guided",
                 denoises: true,
-                is_linear: false,
                 is_biased: true,
                 ..weighted
             },
             Kind::Mix => Facts {
                 name: "mix",
                 denoises: true,
-                is_linear: false,
                 is_biased: true,
                 ..weighted
             },
@@ -119,13 +119,13 @@ impl Kind {
                 after_pt: Some("pt+oidn"),
                 needs_halves: false,
                 denoises: true,
-                is_linear: false,
                 is_biased: true,
                 ..weighted
             },
             Kind::None => Facts {
                 name: "none",
                 after_pt: Some("pt"),
+                is_linear: true,
                 needs_halves: false,
                 ..weighted
             },
@@ -230,11 +230,8 @@ pub struct Source<'a> {
 pub struct Reconstruction {
     /// The picture, without light seen directly.
     pub picture: Image,
-    /// The same from either half alone: independent of one another, each with about twice the variance.
-    /// `None` where one half has no samples.
-    pub halves: Option<[Image; 2]>,
-    /// Where `picture` is biased: pictures from either half without bias worth the name, to measure it.
-    pub unbiased: Option<[Image; 2]>,
+    /// Of either half alone; `None` where one half has no samples.
+    pub halves: Option<HalfPictures>,
     /// How the solver ended.
     pub solution: Solution,
     /// Seconds that went into `halves` alone.
@@ -260,6 +257,14 @@ pub struct Solution {
     /// What is left of the error of the primal as the solution, as ‖M⁻¹r‖ measures it: the largest over
     /// the channels; 0 for a direct solve.
     pub residual: f64,
+}
+
+impl std::ops::AddAssign for Solution {
+    /// Both, one after the other.
+    fn add_assign(&mut self, other: Self) {
+        self.iterations += other.iterations;
+        self.residual = self.residual.max(other.residual);
+    }
 }
 
 /// The images of a half, or of all samples.
@@ -346,6 +351,7 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
     let method = match method {
         Method::Weighted if few => Method::L2(Alpha::Fixed(PAPER_ALPHA)),
         Method::Guided(denoiser) | Method::Mix(denoiser) if few => Method::Denoised(denoiser),
+        Method::Weighted => return weighted::solve(source),
         Method::Guided(denoiser) => return guided::solve(source, denoiser),
         Method::Mix(denoiser) => return mix::solve(source, denoiser),
         method => method,
@@ -371,19 +377,12 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         return Reconstruction {
             picture,
             halves: None,
-            unbiased: None,
             solution,
             seconds_halves: 0.0,
         };
     }
     let start = Instant::now();
-    let (halves, solution) = match method {
-        Method::Weighted => weighted::solve(source),
-        _ => {
-            let halves = [0, 1].map(|half| solve(source.images(half)).0);
-            (halves, Solution::default())
-        }
-    };
+    let halves = [0, 1].map(|half| solve(source.images(half)).0);
     // Of what is linear in the values the halves are no detour.
     let Facts {
         is_linear,
@@ -396,7 +395,7 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
         start.elapsed().as_secs_f64()
     };
     let (picture, solution) = if is_linear {
-        (source.merge(&halves), solution)
+        (source.merge(&halves), Solution::default())
     } else {
         let [a, b] = [0, 1].map(|half| source.images(half));
         solve(Images {
@@ -405,10 +404,17 @@ pub fn run(method: Method, source: &Source) -> Reconstruction {
             dy: source.merge(&[a.dy, b.dy]),
         })
     };
+    let halves = if is_biased {
+        HalfPictures::Biased {
+            halves,
+            unbiased: [0, 1].map(|half| source.images(half).primal),
+        }
+    } else {
+        HalfPictures::Alike(halves)
+    };
     Reconstruction {
         picture,
         halves: Some(halves),
-        unbiased: is_biased.then(|| [0, 1].map(|half| source.images(half).primal)),
         solution,
         seconds_halves,
     }

@@ -10,7 +10,7 @@ use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::picture::{self, Picture};
 use gdpt::reconstruct::Method;
-use gdpt::reconstruct::error_estimate::{Halved, estimate};
+use gdpt::reconstruct::error_estimate::{HalfPictures, Halved, estimate};
 use gdpt::render::Method as RenderMethod;
 use gdpt::scene::{Scene, SceneSettings};
 use glam::Vec3;
@@ -254,24 +254,26 @@ fn the_estimate_sees_bias() {
             .map(|c| c.into_iter().map(|v| 0.5 * v).collect()),
         ..all
     };
-    let black = [(); 2].map(|()| Image::new(width, height));
+    let black = [(); 3].map(|()| Image::new(width, height));
+    let [black, others @ ..] = black;
     let direct = Halved {
-        all: &black[0],
-        halves: &black,
-        unbiased: None,
+        all: &black,
+        halves: &HalfPictures::Alike(others),
     };
-    let found = |unbiased| {
+    let found = |halves| {
         let solved = Halved {
             all: &all,
             halves: &halves,
-            unbiased,
         };
         estimate(solved, direct, [8, 8]).rel_mse
     };
     let brightness = f64::from((truth + bias) * (truth + bias)) + 0.01;
     let variance = 0.05 * 0.05 / 2.0;
     // 12288 values: half a per cent of the variance, 3 per cent of the bias.
-    assert!((found(None) * brightness / variance - 1.0).abs() < 0.05);
+    assert!(
+        (found(HalfPictures::Alike(halves.clone())) * brightness / variance - 1.0).abs() < 0.05
+    );
     let with_bias = variance + f64::from(bias * bias);
-    assert!((found(Some(&unbiased)) * brightness / with_bias - 1.0).abs() < 0.12);
+    let biased = HalfPictures::Biased { halves, unbiased };
+    assert!((found(biased) * brightness / with_bias - 1.0).abs() < 0.12);
 }

@@ -5,7 +5,7 @@ use crate::common::{Render, shipped, tracer};
 use gdpt::estimate::Estimate;
 use gdpt::film::Halves;
 use gdpt::image::Image;
-use gdpt::reconstruct::error_estimate::{self, Halved};
+use gdpt::reconstruct::error_estimate::{self, HalfPictures, Halved};
 use gdpt::reconstruct::{self, Problem, Source, l1, l2};
 use gdpt::render::Method;
 use gdpt::scene::Scene;
@@ -58,12 +58,10 @@ fn all_bits(scene: &Scene, threads: usize, tile_size: u32, method: Method) -> Ve
         let solved = Halved {
             all: &weighted.picture,
             halves: &weighted.halves.unwrap(),
-            unbiased: None,
         };
         let direct = Halved {
             all: &film.direct(Halves::Both),
-            halves: &[film.direct(Halves::A), film.direct(Halves::B)],
-            unbiased: None,
+            halves: &HalfPictures::Alike([Halves::A, Halves::B].map(|half| film.direct(half))),
         };
         let error = error_estimate::estimate(solved, direct, film.samples);
         out.push(bits(&error.standard));
