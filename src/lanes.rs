@@ -498,6 +498,13 @@ pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
+/// Of the lanes whose bits are set, the bits of those that `keep` keeps.
+#[inline(always)]
+pub fn lanes_where(bits: u32, mut keep: impl FnMut(usize) -> bool) -> u32 {
+    let kept = lanes_of(bits).filter(|&lane| keep(lane));
+    kept.fold(0, |bits, lane| bits | 1 << lane)
+}
+
 /// The mask of the lanes whose bits are set.
 #[inline(always)]
 pub fn mask_of(bits: u32) -> f32x8 {

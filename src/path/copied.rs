@@ -6,7 +6,7 @@
 
 use super::chain::{Chain, NONE, is_found};
 use super::link::light_end;
-use crate::lanes::{LANES, lanes_of};
+use crate::lanes::{LANES, lanes_of, lanes_where};
 use crate::manifold::{Link, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::{Sequence, Target};
@@ -184,10 +184,9 @@ impl<const N: usize> Kinds<N> {
         if scene.reflectors.balls().is_empty() {
             return 0;
         }
-        let elsewhere = |lane: &usize| ball_at(scene, hits, *lane) != self.balls[*lane];
-        lanes_of(surfaces & self.passing)
-            .filter(elsewhere)
-            .fold(0, |bits, lane| bits | 1 << lane)
+        lanes_where(surfaces & self.passing, |lane| {
+            ball_at(scene, hits, lane) != self.balls[lane]
+        })
     }
 
     /// The lanes in which a walk may find the chain of an offset path `j`, and not that of its base path, or that alone.

@@ -2,7 +2,7 @@
 //! bring, in lanes.
 
 use super::Context;
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, lanes_where, mask_of, positive};
 use crate::manifold::{Start, Through, Walks};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
@@ -75,10 +75,7 @@ pub(super) fn straight_on(
     if share == 1.0 {
         return unseen;
     }
-    let tries = |&lane: &usize| samplers[lane].coin(STRAIGHT_ON + k) < share;
-    lanes_of(unseen)
-        .filter(tries)
-        .fold(0, |bits, lane| bits | 1 << lane)
+    lanes_where(unseen, |lane| samplers[lane].coin(STRAIGHT_ON + k) < share)
 }
 
 /// The first of the coins for straight ways on, beyond those for mirrors.

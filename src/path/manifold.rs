@@ -12,7 +12,7 @@ use super::base::{BasePaths, Block};
 use super::chain::NONE;
 use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start, straight_on};
 use crate::gradient::{Base, Offset};
-use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of, positive};
+use crate::lanes::{LANES, Vec3x8, lanes_of, lanes_where, mask_of, positive};
 use crate::manifold::{Through, Walks};
 use crate::scene::Scene;
 use crate::shift::{Death, OffsetsX8};
@@ -118,8 +118,7 @@ impl<const N: usize> BasePaths<N> {
                 };
                 request.ask(scene, &mut self.walks, x, lane, Some(way));
             }
-            let tried = lanes_of(rough).filter(|&lane| context.tries(&block.samplers[lane], k));
-            let tried = tried.fold(0, |bits, lane| bits | 1 << lane);
+            let tried = lanes_where(rough, |lane| context.tries(&block.samplers[lane], k));
             if tried == 0 {
                 continue;
             }
