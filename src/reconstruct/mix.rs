@@ -74,9 +74,9 @@ pub(super) fn denoised(
         .map(|halves| halves.map(|half| denoiser.denoise(&half, source.features)))
 }
 
-/// The squared errors, positive, of a candidate, over the channels. Of the mean of its halves: how far each is from the
-/// other half's weighted picture, less the variance of that; of its own variance one half. Of that variance less the
-/// square of what it took from the mean.
+/// The squared errors of a candidate, over the channels; positive. Its bias is how far either half is from the other half's
+/// weighted picture, less both their variances; its own variance a quarter of what its halves disagree about, less the
+/// square of what it took from their mean.
 fn errors(
     source: &Source,
     candidate: &Image,

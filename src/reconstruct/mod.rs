@@ -26,13 +26,13 @@ use std::time::Instant;
 /// The ways to make a picture, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum Kind {
-    /// Least squares, each value weighted by its own variance.
+    /// Least squares, each value weighted by its own variance; dots of one half of the samples go by the other half.
     Weighted,
     /// Least squares with one weight, exactly; unbiased.
     L2,
     /// Least absolute residuals; robust, slightly biased.
     L1,
-    /// Weighted, with Open Image Denoise as a second witness of differences, as far as the samples believe it.
+    /// Weighted, with Open Image Denoise as a witness of differences, as far as the samples believe it.
     Guided,
     /// The mean of weighted and denoised pictures, pixel by pixel by their errors; nearly unbiased.
     Mix,
@@ -51,7 +51,7 @@ pub enum Method {
     L2(Alpha),
     /// Least absolute residuals with one weight.
     L1(Alpha),
-    /// Weighted, with a denoiser as a second witness of the differences.
+    /// Weighted, with a denoiser as a witness of the differences.
     Guided(&'static Denoiser),
     /// The mean of weighted and denoised pictures, by their errors.
     Mix(&'static Denoiser),

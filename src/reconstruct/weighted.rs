@@ -56,7 +56,7 @@ pub(super) fn solve(source: &Source) -> Reconstruction {
     }
 }
 
-/// The same picture and halves.
+/// The same picture, halves and end of the solver.
 pub(super) fn improved(source: &Source) -> (Image, [Image; 2], Solution) {
     let (width, height) = source.size;
     let poisson = ScreenedPoisson::new(width, height);
@@ -65,9 +65,7 @@ pub(super) fn improved(source: &Source) -> (Image, [Image; 2], Solution) {
     let mut solution = Solution::default();
     for c in 0..3 {
         let channel = Channel::new(source, c);
-        for (values, half) in halves.iter_mut().enumerate() {
-            solution += channel.solve(values, &poisson, &mut half.channels[c]);
-        }
+        solution += channel.solve(&poisson, halves.each_mut().map(|h| &mut h.channels[c]));
         let of_halves = halves.each_ref().map(|half| &half.channels[c][..]);
         let crossing = Crossing::by_each_other(&channel, of_halves, REACH);
         for (values, picture) in crossed.iter_mut().enumerate() {
@@ -89,9 +87,7 @@ pub(super) fn halves(source: &Source) -> ([Image; 2], Solution) {
     let mut solution = Solution::default();
     for c in 0..3 {
         let channel = Channel::new(source, c);
-        for (values, half) in halves.iter_mut().enumerate() {
-            solution += channel.solve(values, &poisson, &mut half.channels[c]);
-        }
+        solution += channel.solve(&poisson, halves.each_mut().map(|h| &mut h.channels[c]));
     }
     (halves, solution)
 }
@@ -115,15 +111,19 @@ impl Channel {
         }
     }
 
-    /// The picture of the values of one half, by the weights of the other.
-    fn solve(&self, values: usize, poisson: &ScreenedPoisson, picture: &mut Vec<f32>) -> Solution {
-        let weights = &self.weights[1 - values];
-        let [v, wx, wy] = [&weights.primal, &weights.dx, &weights.dy].map(Vec::clone);
-        let operator = Operator::new(self.width, v, wx, wy);
-        let Planes { primal, dx, dy, .. } = &self.halves[values];
-        // L2 has the low frequencies nearly right, which take the most steps.
-        *picture = l2::channel(poisson, primal, (dx, dy), PAPER_ALPHA);
-        Solver::new(operator).solve(primal, (dx, dy), picture, TOLERANCE)
+    /// The pictures of the values of each half, by the weights of the other.
+    fn solve(&self, poisson: &ScreenedPoisson, pictures: [&mut Vec<f32>; 2]) -> Solution {
+        let mut solution = Solution::default();
+        for (values, picture) in pictures.into_iter().enumerate() {
+            let weights = &self.weights[1 - values];
+            let [v, wx, wy] = [&weights.primal, &weights.dx, &weights.dy].map(Vec::clone);
+            let operator = Operator::new(self.width, v, wx, wy);
+            let Planes { primal, dx, dy, .. } = &self.halves[values];
+            // L2 has the low frequencies nearly right, which take the most steps.
+            *picture = l2::channel(poisson, primal, (dx, dy), PAPER_ALPHA);
+            solution += Solver::new(operator).solve(primal, (dx, dy), picture, TOLERANCE);
+        }
+        solution
     }
 }
 
