@@ -4,7 +4,8 @@
 //!
 //! A picture that improves on the mean of its halves has taken noise from it. What is left is the mean's variance less the
 //! square of what was taken, if the two have nothing to do with each other, as it is for a best estimate (Rao 1952);
-//! where dots are made smaller, in place of being taken away, less is left than that. So it is an upper estimate.
+//! where dots are made smaller, in place of being taken away, less is left than that. So it is an upper estimate, but for what is
+//! taken wrongly.
 
 use super::blur::{blur, blur_signed};
 use crate::image::Image;

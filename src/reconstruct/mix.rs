@@ -12,8 +12,11 @@ use crate::image::Image;
 
 /// Over so many pixels errors are measured.
 const SMOOTHING: f32 = 4.0;
+/// So much of the variance of its halves' mean an improved picture has at least.
+const LEAST_VARIANCE: f32 = 0.05;
 
-/// The picture; its halves are made of one half of the samples each, but for the weights. Both halves need the samples
+/// The picture; its halves are made of one half of the samples each, but for the weights, and have the weighted halves in
+/// place of the improved picture: their errors are rather larger. Both halves need the samples
 /// that weighted needs.
 pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
     let (width, height) = source.size;
@@ -26,13 +29,20 @@ pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
         (first, &of_primal),
         (second, &of_weighted),
     ];
+    let errors = candidates.map(|(candidate, halves)| errors(source, candidate, halves, &weighted));
+    let least = |pixel: usize| {
+        errors
+            .iter()
+            .map(|e| e[pixel])
+            .fold(f32::INFINITY, f32::min)
+    };
     let mut sum = vec![0f32; width * height];
     let mut picture = Image::new(width, height);
     let mut halves = [(); 2].map(|()| Image::new(width, height));
-    for (candidate, candidate_halves) in candidates {
-        let errors = errors(source, candidate, candidate_halves, &weighted);
+    for ((candidate, candidate_halves), errors) in candidates.iter().zip(&errors) {
         for (pixel, error) in errors.iter().enumerate() {
-            let share = 1.0 / error;
+            // At most 1, whatever the unit.
+            let share = least(pixel) / error;
             sum[pixel] += share;
             let add = |image: &mut Image, of_candidate: &Image| {
                 image.set(pixel, image.get(pixel) + share * of_candidate.get(pixel));
@@ -108,7 +118,7 @@ fn errors(
     let all = bias.iter().zip(&squared).zip(variance.iter().zip(&taken));
     all.map(|((b, s), (v, t))| {
         let doubt = ((s - b * b).max(0.0) / count).sqrt();
-        (b.max(0.0) + doubt + (0.25 * v - t).max(0.0)).max(f32::MIN_POSITIVE)
+        (b.max(0.0) + doubt + (0.25 * v - t).max(LEAST_VARIANCE * 0.25 * v)).max(f32::MIN_POSITIVE)
     })
     .collect()
 }

@@ -5,7 +5,7 @@
 //! the other, and the other way round: so weights are independent of the noise that they weigh, and the
 //! solve is as unbiased as one with constant weights. What the two halves' differences disagree about
 //! adds to their variance: that trims outliers, which one half's variances cannot foresee. It is the one
-//! place where weights see the noise; it sees only how large it is, not where it points.
+//! place where these weights see the noise; it sees only how large it is, not where it points.
 //!
 //! A dot that all differences around it agree about stays so: of its half nothing contradicts it. The other half's picture
 //! does. Its differences, as [witnesses](super::witness), take 5 to 80 % of the error away, most where samples are few and
@@ -135,20 +135,22 @@ fn disagreement([a, b]: &[Planes; 2]) -> [Vec<f32>; 2] {
     })
 }
 
-/// The variances of dx and dy. Differences across the border do not exist and have none: the neighbours' is put there, or
-/// smoothing would carry the 0 inside.
-pub(super) fn filled_variances(planes: &Planes, width: usize) -> [Vec<f32>; 2] {
-    let (mut x, mut y) = (planes.dx_variance.clone(), planes.dy_variance.clone());
+/// Differences across the border do not exist: what is known of them is 0, which smoothing would carry inside. So what is
+/// known of their neighbours is put there; of dx.
+pub(super) fn fill_last_column(of_dx: &mut [f32], width: usize) {
     if width > 1 {
-        for row in x.chunks_mut(width) {
+        for row in of_dx.chunks_mut(width) {
             row[width - 1] = row[width - 2];
         }
     }
-    let n = y.len();
+}
+
+/// The same of dy.
+pub(super) fn fill_last_row(of_dy: &mut [f32], width: usize) {
+    let n = of_dy.len();
     if n > width {
-        y.copy_within(n - 2 * width..n - width, n - width);
+        of_dy.copy_within(n - 2 * width..n - width, n - width);
     }
-    [x, y]
 }
 
 /// The inverse variances of one half.
@@ -167,8 +169,11 @@ impl Weights {
     /// Those of half `of`; what the halves disagree about takes from them.
     pub(super) fn new(halves: &[Planes; 2], of: usize, width: usize) -> Self {
         let [disagree_x, disagree_y] = disagreement(halves);
-        let [x, y] = filled_variances(&halves[of], width);
-        let mut v = smoothed(&halves[of].primal_variance, width);
+        let half = &halves[of];
+        let (mut x, mut y) = (half.dx_variance.clone(), half.dy_variance.clone());
+        fill_last_column(&mut x, width);
+        fill_last_row(&mut y, width);
+        let mut v = smoothed(&half.primal_variance, width);
         let mut wx = smoothed(&x, width);
         let mut wy = smoothed(&y, width);
         let add = |w: &mut [f32], d: &[f32]| {

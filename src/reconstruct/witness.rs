@@ -6,8 +6,8 @@
 //! is consistent.
 //!
 //! The witnesses also know what an outlier is: values and differences that are far from theirs count as if they varied more.
-//! That sees how far they are, not where they point, and changes weights alone; the brightness that outliers have is spread
-//! over their neighbourhood.
+//! That, and the witness' measured error, see how far values are from it, not where they point, and change weights alone; the
+//! brightness that outliers have is spread over their neighbourhood.
 //!
 //! The constants are the best of about three values each at 16 and 64 samples on one half of the scenes (cornell, glossy,
 //! ajar, pane, caustic, a mirror with a coarse curve); the other half had no part in it.
@@ -37,7 +37,7 @@ const OUTLIER: Outlier = Outlier {
 const BRIGHTNESS: f32 = 16.0;
 /// By no more than this factor, or its inverse.
 const BRIGHTER: f32 = 2.0;
-/// A witness counts at most so many times as much as the half's own difference does. More has no less error, but the
+/// A witness counts at most so many times as much as the half's own difference does before it is held against the witness. More has no less error, but the
 /// solver takes six times as many steps (glossy at 1920x1080, 4 samples), as neighbouring weights are farther apart.
 const STRONGEST: f32 = 128.0;
 
@@ -83,7 +83,8 @@ impl<'a> Crossing<'a> {
         Self { channel, observed }
     }
 
-    /// The picture of the values of one half and the witnesses of one, from a first guess on, into `picture`.
+    /// The picture of the values of half `values`, with the witnesses that were made from half `witnesses`, from a first
+    /// guess on, into `picture`.
     pub(super) fn solve(&self, values: usize, witnesses: usize, picture: &mut [f32]) -> Solution {
         let Channel {
             width,
@@ -129,19 +130,25 @@ impl Observed {
     /// A witness of one half, with its errors as the estimates of the other half tell them.
     fn new(witness: &[f32], judge: &Planes, width: usize, reach: f32) -> Self {
         let [dx, dy] = differences(witness, width);
-        let precision = |observed: &[f32], means: &[f32], variances: Vec<f32>| -> Vec<f32> {
-            let squared = observed.par_iter().zip(means).zip(variances);
-            let squared = squared.map(|((d, g), v)| (d - g) * (d - g) - v).collect();
-            let (error, doubt) = measured(squared, width, reach);
+        // Of the differences' squared errors, without the judge's own noise.
+        let excess = |observed: &[f32], means: &[f32], variances: &[f32]| -> Vec<f32> {
+            let all = observed.par_iter().zip(means).zip(variances);
+            all.map(|((d, g), v)| (d - g) * (d - g) - v).collect()
+        };
+        let mut excess_x = excess(&dx, &judge.dx, &judge.dx_variance);
+        let mut excess_y = excess(&dy, &judge.dy, &judge.dy_variance);
+        weighted::fill_last_column(&mut excess_x, width);
+        weighted::fill_last_row(&mut excess_y, width);
+        let precision = |excess: Vec<f32>| -> Vec<f32> {
+            let (error, doubt) = measured(excess, width, reach);
             let precisions = error.par_iter().zip(&doubt);
             precisions
                 .map(|(e, d)| 1.0 / (e.max(0.0) + d).max(f32::MIN_POSITIVE))
                 .collect()
         };
-        let [variances_x, variances_y] = weighted::filled_variances(judge, width);
         Self {
-            precision_x: precision(&dx, &judge.dx, variances_x),
-            precision_y: precision(&dy, &judge.dy, variances_y),
+            precision_x: precision(excess_x),
+            precision_y: precision(excess_y),
             dx,
             dy,
             values: witness.to_vec(),

@@ -4,13 +4,14 @@ use crate::common::{Render, Rng, glass, lambert, level, mirror, polygons, shippe
 use assert_cmd::Command;
 use gdpt::compare::{References, errors};
 use gdpt::denoise::Denoiser;
+use gdpt::estimate::Planes;
 use gdpt::film::Film;
 use gdpt::image::Image;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::picture::{self, Picture};
-use gdpt::reconstruct::Method;
 use gdpt::reconstruct::error_estimate::{HalfPictures, Halved, estimate};
+use gdpt::reconstruct::{Method, Source, run};
 use gdpt::render::Method as RenderMethod;
 use gdpt::scene::{Scene, SceneSettings};
 use glam::Vec3;
@@ -87,6 +88,37 @@ fn film(scene: &Scene, spp: u64, seed: u64) -> Film {
         ..Render::default()
     };
     render.film(scene, &*tracer(scene))
+}
+
+/// What has no noise has nothing to be divided by.
+#[test]
+fn a_bright_picture_without_noise_stays() {
+    let Some(denoiser) = denoiser() else {
+        return;
+    };
+    let (width, height) = (24, 16);
+    let zeros = vec![0.0; width * height];
+    let planes = Planes {
+        primal: vec![50.0; width * height],
+        dx: zeros.clone(),
+        dy: zeros.clone(),
+        primal_variance: zeros.clone(),
+        dx_variance: zeros.clone(),
+        dy_variance: zeros,
+    };
+    let source = Source {
+        size: (width, height),
+        samples: [8, 8],
+        planes: &|_, _| planes.clone(),
+        features: None,
+    };
+    for method in [Method::Mix(denoiser), Method::Guided(denoiser)] {
+        let picture = run(method, &source).picture;
+        let values = picture.channels.iter().flatten();
+        for v in values {
+            assert!((v - 50.0).abs() < 1.0, "{method:?}: {v}");
+        }
+    }
 }
 
 /// Two pictures of other samples, nearly without noise.
