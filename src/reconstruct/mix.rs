@@ -29,7 +29,12 @@ pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
         (first, &of_primal),
         (second, &of_weighted),
     ];
-    let errors = candidates.map(|(candidate, halves)| errors(source, candidate, halves, &weighted));
+    let taken = blurred(squares(&improved, &source.merge(&weighted)), width);
+    let errors = [
+        errors(&weighted, &weighted, Some(&taken)),
+        errors(&of_primal, &weighted, None),
+        errors(&of_weighted, &weighted, None),
+    ];
     let least = |pixel: usize| {
         errors
             .iter()
@@ -84,41 +89,40 @@ pub(super) fn denoised(
         .map(|halves| halves.map(|half| denoiser.denoise(&half, source.features)))
 }
 
+/// The squares of the distances between pixels' colours.
+fn squares(a: &Image, b: &Image) -> Vec<f32> {
+    let square = |pixel| (a.get(pixel) - b.get(pixel)).length_squared();
+    (0..a.width * a.height).map(square).collect()
+}
+
+fn blurred(mut values: Vec<f32>, width: usize) -> Vec<f32> {
+    blur(&mut values, width, SMOOTHING);
+    values
+}
+
 /// The squared errors of a candidate, over the channels; positive. Its bias is how far either half is from the other half's
 /// weighted picture, less both their variances; its own variance a quarter of what its halves disagree about, less the
-/// square of what it took from their mean.
-fn errors(
-    source: &Source,
-    candidate: &Image,
-    halves: &[Image; 2],
-    weighted: &[Image; 2],
-) -> Vec<f32> {
-    let width = source.size.0;
-    let squares = |a: &Image, b: &Image| -> Vec<f32> {
-        let square = |pixel| (a.get(pixel) - b.get(pixel)).length_squared();
-        (0..a.width * a.height).map(square).collect()
-    };
-    let blurred = |mut values: Vec<f32>| {
-        blur(&mut values, width, SMOOTHING);
-        values
-    };
+/// square of what it took from their mean, if it is not that mean.
+fn errors(halves: &[Image; 2], weighted: &[Image; 2], taken: Option<&[f32]>) -> Vec<f32> {
+    let width = weighted[0].width;
     let across = squares(&halves[0], &weighted[1]);
     let back = squares(&halves[1], &weighted[0]);
     let both = across.iter().zip(&back).map(|(a, b)| 0.5 * (a + b));
     let noise = squares(&weighted[0], &weighted[1]);
     let own = squares(&halves[0], &halves[1]);
-    let taken = blurred(squares(candidate, &source.merge(halves)));
     let excess = both.zip(&noise).zip(&own);
     let mut bias: Vec<f32> = excess.map(|((e, n), o)| e - 0.5 * n - 0.5 * o).collect();
     let mut squared: Vec<f32> = bias.iter().map(|b| b * b).collect();
     blur_signed(&mut bias, width, SMOOTHING);
     blur(&mut squared, width, SMOOTHING);
     let count = 4.0 * std::f32::consts::PI * SMOOTHING * SMOOTHING;
-    let variance = blurred(own);
-    let all = bias.iter().zip(&squared).zip(variance.iter().zip(&taken));
-    all.map(|((b, s), (v, t))| {
+    let variance = blurred(own, width);
+    let all = bias.iter().zip(&squared).zip(&variance).enumerate();
+    all.map(|(pixel, ((b, s), v))| {
         let doubt = ((s - b * b).max(0.0) / count).sqrt();
-        (b.max(0.0) + doubt + (0.25 * v - t).max(LEAST_VARIANCE * 0.25 * v)).max(f32::MIN_POSITIVE)
+        let taken = taken.map_or(0.0, |taken| taken[pixel]);
+        (b.max(0.0) + doubt + (0.25 * v - taken).max(LEAST_VARIANCE * 0.25 * v))
+            .max(f32::MIN_POSITIVE)
     })
     .collect()
 }

@@ -71,10 +71,11 @@ impl<'a> Crossing<'a> {
         reach: f32,
     ) -> Self {
         let width = channel.width;
+        let disagreement = squares(weighted[0], weighted[1], width);
         let observed = [0, 1].map(|half: usize| {
             let other = 1 - half;
             let all = witnesses.iter().map(|pictures| {
-                let trust = trust(pictures[half], weighted[other], weighted[half], width);
+                let trust = trust(pictures[half], weighted[other], &disagreement, width);
                 Observed::new(pictures[half], &channel.halves[other], width, reach)
                     .times(|i| trust[i])
             });
@@ -227,18 +228,20 @@ fn doubted(weight: f32, variance: f32) -> f32 {
     (weight / (1.0 + weight * variance)).max(f32::MIN_POSITIVE)
 }
 
+/// The squares of differences between two pictures, over the neighbourhood in which trust is measured.
+fn squares(a: &[f32], b: &[f32], width: usize) -> Vec<f32> {
+    let pairs = a.par_iter().zip(b);
+    let mut squares: Vec<f32> = pairs.map(|(a, b)| (a - b) * (a - b)).collect();
+    blur(&mut squares, width, TRUST);
+    squares
+}
+
 /// How far a witness is to be believed, from 0 to 1: it is wrong at all scales where it is worse than the mean of the
-/// weighted pictures, of the other half and of its own.
-fn trust(witness: &[f32], other: &[f32], own: &[f32], width: usize) -> Vec<f32> {
-    let squares = |a: &[f32], b: &[f32]| -> Vec<f32> {
-        let pairs = a.par_iter().zip(b);
-        let mut squares: Vec<f32> = pairs.map(|(a, b)| (a - b) * (a - b)).collect();
-        blur(&mut squares, width, TRUST);
-        squares
-    };
+/// weighted pictures, of which `other` is that of the half which the witness is not of. `disagreement` is the [`squares`]
+/// between both.
+fn trust(witness: &[f32], other: &[f32], disagreement: &[f32], width: usize) -> Vec<f32> {
+    let against = squares(witness, other, width);
     // Of the two halves together half of one's: a quarter of what they disagree about.
-    let disagreement = squares(other, own);
-    let against = squares(witness, other);
     let pairs = disagreement.par_iter().zip(&against);
     pairs
         .map(|(d, a)| {
