@@ -512,6 +512,12 @@ pub fn mask_of(bits: u32) -> f32x8 {
     bytemuck::cast(u32x8::from(lanes))
 }
 
+/// Sets or clears the bit of a lane.
+#[inline(always)]
+pub fn set_bit(bits: &mut u32, lane: usize, value: bool) {
+    *bits = *bits & !(1 << lane) | u32::from(value) << lane;
+}
+
 /// A bit for each of the lanes below `count`.
 #[inline(always)]
 pub fn first_lanes(count: usize) -> u32 {

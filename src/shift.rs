@@ -14,7 +14,7 @@
 use crate::bsdf::{Evals, Lobe, half_vector};
 use crate::frame::Frame;
 use crate::geometry::Seen;
-use crate::lanes::{Float, Vec3x8, lanes_of, mask_of, positive};
+use crate::lanes::{Float, Vec3x8, lanes_of, mask_of, positive, set_bit};
 use crate::scene::Scene;
 use crate::vertex::{ScatteringX8, VerticesX8};
 use wide::f32x8;
@@ -92,6 +92,19 @@ impl OffsetsX8 {
         self.free = free & copied & lanes;
         self.joined = free & reconnected & !copied & lanes;
         self.connected = shared & lanes;
+    }
+
+    /// Puts the offset path in lane `from` of `other` into a lane.
+    #[inline(always)]
+    pub fn copy(&mut self, lane: usize, other: &Self, from: usize) {
+        let put = |to: &mut u32, bits: u32| set_bit(to, lane, bits >> from & 1 == 1);
+        put(&mut self.free, other.free);
+        put(&mut self.joined, other.joined);
+        put(&mut self.connected, other.connected);
+        self.wo.set(lane, other.wo.lane(from));
+        let (to, other) = (&mut self.carried, &other.carried);
+        to.throughput.set(lane, other.throughput.lane(from));
+        to.ratio.set_lane(lane, other.ratio.lane(from));
     }
 
     /// Ends the offset paths that are not in `lanes`.

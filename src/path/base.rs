@@ -8,10 +8,11 @@ use super::grid::Grid;
 use super::light::LightBlock;
 use super::link::{Unseen, Way};
 use super::manifold::{Check, Found, Kept, Request};
+use super::pack::Before;
 use super::plain::PlainPaths;
-use super::{Counts, Share, Tile, primary};
+use super::{Counts, Share, primary};
 use crate::gradient::{Base, Neighbour, Offset, Weights};
-use crate::lanes::{LANES, Vec3x8, lanes_of, mask_of};
+use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of, mask_of};
 use crate::manifold::Walks;
 use crate::sampler::Sampler;
 use crate::shift::{CarriedX8, OffsetsX8};
@@ -31,6 +32,8 @@ pub(super) struct BasePaths<const N: usize> {
     /// The offset paths' own vertices, block by block. Empty if `DIFFUSE`: there they are in the grid.
     pub(super) own: Vec<[VerticesX8; N]>,
     pub(super) grid: Grid,
+    /// What was there before the paths were packed.
+    pub(super) before: Before<N>,
     /// The blocks with paths that go on. The buffers of a step have an entry for each of them.
     pub(super) live: Vec<u32>,
     /// Random numbers for one step of each path.
@@ -59,12 +62,12 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) counts: Counts,
 }
 
-/// The base paths of eight pixels in a row, at their current vertices x_k.
+/// Eight base paths at their current vertices x_k: at first those of eight pixels in a row, until they are packed.
 #[derive(Clone)]
 pub(super) struct Block<const N: usize> {
-    /// The first pixel's index in the tile.
-    pub(super) pixel: u32,
-    /// Its place in the grid.
+    /// The indices of their pixels in the tile, or [`NO_PIXEL`].
+    pub(super) pixels: [u32; LANES],
+    /// At primary hits, the place of the first in the grid.
     pub(super) place: usize,
     pub(super) vertices: VerticesX8,
     /// f/p up to x_k, the scattering there excluded.
@@ -77,14 +80,17 @@ pub(super) struct Block<const N: usize> {
     pub(super) chain: [u32; LANES],
     pub(super) kinds: Kinds<N>,
     /// What the paths gathered: [`PixelSample`] in lanes.
-    primal: Vec3x8,
-    to: [Vec3x8; N],
+    pub(super) primal: Vec3x8,
+    pub(super) to: [Vec3x8; N],
 }
+
+/// In place of the index of a pixel: none.
+pub(super) const NO_PIXEL: u32 = u32::MAX;
 
 impl<const N: usize> Block<N> {
     /// No paths.
     pub(super) const NONE: Self = Self {
-        pixel: 0,
+        pixels: [NO_PIXEL; LANES],
         place: 0,
         vertices: VerticesX8::NONE,
         throughput: Vec3x8::ONE,
@@ -111,6 +117,20 @@ impl<const N: usize> Block<N> {
         self.primal = self.primal + Vec3x8::select(valid, base.primal(), zero);
         for (to, shift) in self.to.iter_mut().zip(shifts) {
             *to = *to + Vec3x8::select(valid, base.difference(shift, weights), zero);
+        }
+    }
+
+    /// Leaves what the paths in `lanes` gathered in the samples of their pixels.
+    pub(super) fn deliver(&self, lanes: u32, samples: &mut [PixelSample]) {
+        for lane in lanes_of(lanes & first_lanes(LANES)) {
+            if self.pixels[lane] == NO_PIXEL {
+                continue;
+            }
+            let sample = &mut samples[self.pixels[lane] as usize];
+            sample.primal = self.primal.lane(lane);
+            for (sum, to) in sample.to.iter_mut().zip(&self.to) {
+                *sum = to.lane(lane);
+            }
         }
     }
 
@@ -206,7 +226,7 @@ impl<const N: usize> BasePaths<N> {
             for lane in lanes_of(settled & counts.to_bitmask()) {
                 plain.push::<DIFFUSE>(&block.vertices, lane, block.samplers[lane]);
                 shares.push(Share {
-                    pixel: block.pixel + lane as u32,
+                    pixel: block.pixels[lane],
                     primal: primal.lane(lane),
                     to: to.each_ref().map(|to| to.lane(lane)),
                 });
@@ -216,7 +236,7 @@ impl<const N: usize> BasePaths<N> {
     }
 
     /// Puts what the paths gathered into the samples of their pixels, and forgets them.
-    pub(super) fn collect(&mut self, tile: Tile, samples: &mut [PixelSample]) {
+    pub(super) fn collect(&mut self, samples: &mut [PixelSample]) {
         self.live.clear();
         self.chains.clear();
         self.kept.clear();
@@ -226,14 +246,7 @@ impl<const N: usize> BasePaths<N> {
             return;
         }
         for block in &self.blocks {
-            let columns = (tile.width - block.pixel % tile.width) as usize;
-            for lane in 0..LANES.min(columns) {
-                let sample = &mut samples[block.pixel as usize + lane];
-                sample.primal = block.primal.lane(lane);
-                for (sum, to) in sample.to.iter_mut().zip(&block.to) {
-                    *sum = to.lane(lane);
-                }
-            }
+            block.deliver(first_lanes(LANES), samples);
         }
     }
 }

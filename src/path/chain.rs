@@ -123,9 +123,14 @@ impl Chains {
         self.list.get(at as usize)
     }
 
+    /// The chain `at`, to change it.
+    pub(super) fn get_mut(&mut self, at: u32) -> Option<&mut Chain> {
+        self.list.get_mut(at as usize)
+    }
+
     /// Goes on from where the chain is, in a single direction; the chain then, if a walk could find it.
     pub(super) fn scatter(&mut self, scene: &Scene, at: u32, transmits: bool) -> u32 {
-        let Some(chain) = self.list.get_mut(at as usize) else {
+        let Some(chain) = self.get_mut(at) else {
             return NONE;
         };
         let Some(reflector) = chain.reflector else {

@@ -6,7 +6,7 @@
 
 use super::chain::{Chain, NONE, is_found};
 use super::link::light_end;
-use crate::lanes::{LANES, lanes_of, lanes_where};
+use crate::lanes::{LANES, lanes_of, lanes_where, set_bit};
 use crate::manifold::{Link, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::{Sequence, Target};
@@ -137,6 +137,20 @@ impl<const N: usize> Kinds<N> {
         offsets: [Barred::NONE; N],
         balls: [NONE; LANES],
     };
+
+    /// Puts what is in lane `from` of `other` into a lane.
+    pub(super) fn copy(&mut self, lane: usize, other: &Self, from: usize) {
+        let put = |to: &mut u32, bits: u32| set_bit(to, lane, bits >> from & 1 == 1);
+        put(&mut self.single, other.single);
+        put(&mut self.passing, other.passing);
+        self.reflections[lane] = other.reflections[from];
+        self.balls[lane] = other.balls[from];
+        let barred = std::iter::once((&mut self.base, &other.base));
+        for (to, other) in barred.chain(self.offsets.iter_mut().zip(&other.offsets)) {
+            put(&mut to.lanes, other.lanes);
+            put(&mut to.before_focus, other.before_focus);
+        }
+    }
 
     /// The base paths have scattered: those that `begin` leave rough vertices, the others in `single` directions, of
     /// which some transmit.

@@ -57,12 +57,33 @@ pub(super) struct Kept<const N: usize> {
 }
 
 impl<const N: usize> Kept<N> {
+    /// In no lane.
+    pub(super) const NONE: Self = Self {
+        vertices: VerticesX8::NONE,
+        throughput: Vec3x8::ZERO,
+        offsets: [OffsetsX8::start(0); N],
+        own: [const { VerticesX8::NONE }; N],
+    };
+
     pub(super) fn of(block: &Block<N>, own: &[VerticesX8; N]) -> Self {
         Self {
             vertices: block.vertices.clone(),
             throughput: block.throughput,
             offsets: block.offsets,
             own: own.clone(),
+        }
+    }
+
+    /// Puts the vertices in lane `from` of `other` into a lane.
+    pub(super) fn copy(&mut self, lane: usize, other: &Self, from: usize) {
+        self.vertices.copy::<false>(lane, &other.vertices, from);
+        self.throughput.set(lane, other.throughput.lane(from));
+        let offsets = self.offsets.iter_mut().zip(&other.offsets);
+        for ((offset, other), (own, others)) in offsets.zip(self.own.iter_mut().zip(&other.own)) {
+            offset.copy(lane, other, from);
+            if other.free() >> from & 1 == 1 {
+                own.copy::<false>(lane, others, from);
+            }
         }
     }
 }

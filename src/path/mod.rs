@@ -17,6 +17,7 @@ mod light;
 mod link;
 mod manifold;
 mod order;
+mod pack;
 mod plain;
 mod primary;
 pub mod replay;
@@ -289,8 +290,9 @@ impl<const N: usize> PathTracer<N> {
             }
             self.hand_over::<BASE>(context);
             watch(self, Step::HandedOver(k + 1));
+            self.base.pack::<BASE>(&mut self.samples);
         }
-        self.base.collect(tile, &mut self.samples);
+        self.base.collect(&mut self.samples);
         self.collect();
     }
 

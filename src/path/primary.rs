@@ -240,11 +240,11 @@ impl<const N: usize> BasePaths<N> {
             ..
         } = *context.settings;
         let mut block = Block::NONE;
-        block.pixel = place as u32;
         block.vertices = vertices.clone();
         block.alive = alive;
         for lane in lanes_of(alive) {
-            let pixel = block.pixel + lane as u32;
+            let pixel = (place + lane) as u32;
+            block.pixels[lane] = pixel;
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
             block.samplers[lane] = Sampler::for_pixel(kind, seed, x, y, sample);
         }
@@ -348,10 +348,10 @@ impl<const N: usize> Block<N> {
             ..
         } = *context.settings;
         let mut block = Self::NONE;
-        block.pixel = y * tile.width + x;
-        for (lane, sampler) in block.samplers.iter_mut().enumerate() {
-            let x = tile.x + x + lane as u32;
-            *sampler = Sampler::for_pixel(kind, seed, x, tile.y + y, sample);
+        for lane in lanes_of(first_lanes((tile.width - x) as usize)) {
+            let x = x + lane as u32;
+            block.pixels[lane] = y * tile.width + x;
+            block.samplers[lane] = Sampler::for_pixel(kind, seed, tile.x + x, tile.y + y, sample);
         }
         block
     }

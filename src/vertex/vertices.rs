@@ -7,7 +7,7 @@ use crate::bsdf::packed::{Kind, Kinds, Packed, PackedParameters};
 use crate::bsdf::{Bsdf, Evals, Parameters, Samples, lambert};
 use crate::frame::Frame;
 use crate::geometry::{Site, offset_origin, segment};
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive, set_bit};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::trace::rays::{HitsX8, Ray};
@@ -590,9 +590,4 @@ fn seen_from(ng: Vec3x8, ns: Vec3x8, wo: Vec3x8) -> (Vec3x8, f32x8, f32x8) {
     let cos_o = same_side.select(by_ns, by_ng);
     let normal = Vec3x8::select(same_side, ns, ng);
     (normal, cos_o, positive(by_ng * cos_o))
-}
-
-#[inline(always)]
-fn set_bit(bits: &mut u32, lane: usize, value: bool) {
-    *bits = *bits & !(1 << lane) | u32::from(value) << lane;
 }

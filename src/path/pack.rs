@@ -1,0 +1,132 @@
+//! Packing: where many lanes of the blocks are empty, paths that go on move together, those at rough surfaces and those
+//! at mirrors and glass apart. What a path gathers does not depend on its lane.
+
+use super::base::{BasePaths, Block};
+use super::chain::{self, Chains};
+use super::manifold::Kept;
+use crate::lanes::{LANES, lanes_of};
+use crate::sums::PixelSample;
+use crate::vertex::VerticesX8;
+
+/// Blocks are packed if this share of them, or less, holds all paths: to move paths costs little against what a block
+/// costs in each of the steps that follow.
+const WORTH: f32 = 0.9;
+
+/// Blocks as they were, with the offset paths' own vertices.
+#[derive(Default)]
+pub(super) struct Before<const N: usize> {
+    blocks: Vec<Block<N>>,
+    own: Vec<[VerticesX8; N]>,
+}
+
+impl<const N: usize> BasePaths<N> {
+    /// Moves the paths together if that pays; those that have ended leave what they gathered in `samples`. Not at the
+    /// primary hits, which are in the order of the pixels.
+    pub(super) fn pack<const DIFFUSE: bool>(&mut self, samples: &mut [PixelSample]) {
+        let blocks = self.live.iter().map(|&at| &self.blocks[at as usize]);
+        let paths = blocks.fold(0, |sum, block| sum + block.alive.count_ones() as usize);
+        if paths.div_ceil(LANES) as f32 > WORTH * self.live.len() as f32 {
+            return;
+        }
+        let Before { blocks, own } = &mut self.before;
+        std::mem::swap(blocks, &mut self.blocks);
+        std::mem::swap(own, &mut self.own);
+        self.blocks.clear();
+        self.own.clear();
+        for block in &*blocks {
+            block.deliver(!block.alive, samples);
+        }
+        for rough in [true, false] {
+            // Of the new block that is being filled the lanes that are, and where the vertices are at which its chains
+            // began.
+            let mut filled = LANES;
+            let mut notes = Vec::new();
+            for &at in &self.live {
+                let block = &blocks[at as usize];
+                let surfaces = block.vertices.rough;
+                let moves = block.alive & if rough { surfaces } else { !surfaces };
+                for from in lanes_of(moves) {
+                    if filled == LANES {
+                        filled = 0;
+                        notes.clear();
+                        self.blocks.push(Block::NONE);
+                        if !DIFFUSE {
+                            self.own.push([const { VerticesX8::NONE }; N]);
+                        }
+                    }
+                    let at_new = self.blocks.len() - 1;
+                    let to = &mut self.blocks[at_new];
+                    to.copy::<DIFFUSE>(filled, block, from);
+                    if !DIFFUSE {
+                        let own = &own[at as usize];
+                        for (j, offset) in block.offsets.iter().enumerate() {
+                            if offset.free() >> from & 1 == 1 {
+                                self.own[at_new][j].copy::<false>(filled, &own[j], from);
+                            }
+                        }
+                        let chain = block.chain[from];
+                        if chain != chain::NONE {
+                            let lanes = (filled, from);
+                            keep(&mut self.chains, &mut self.kept, &mut notes, chain, lanes);
+                        }
+                    }
+                    filled += 1;
+                }
+            }
+        }
+        self.live.clear();
+        self.live.extend(0..self.blocks.len() as u32);
+    }
+}
+
+/// Moves the vertex at which a chain began into the lane where the path is now. `notes`: those of the block so far.
+fn keep<const N: usize>(
+    chains: &mut Chains,
+    kept: &mut Vec<Kept<N>>,
+    notes: &mut Vec<(u32, u32)>,
+    chain: u32,
+    (to, from): (usize, usize),
+) {
+    let Some(chain) = chains.get_mut(chain) else {
+        return;
+    };
+    // Those that began together stay together.
+    let k = chain.start.k;
+    let note = match notes.iter().find(|(began, _)| *began == k) {
+        Some((_, note)) => *note,
+        None => {
+            let note = kept.len() as u32;
+            kept.push(Kept::NONE);
+            notes.push((k, note));
+            note
+        }
+    };
+    let [old, new] = [chain.note, note].map(|note| note as usize);
+    let (before, new) = {
+        let (before, after) = kept.split_at_mut(new);
+        (&before[old], &mut after[0])
+    };
+    new.copy(to, before, from);
+    chain.note = note;
+}
+
+impl<const N: usize> Block<N> {
+    /// Puts the path in lane `from` of `other` into a lane.
+    #[inline(always)]
+    fn copy<const DIFFUSE: bool>(&mut self, lane: usize, other: &Self, from: usize) {
+        self.pixels[lane] = other.pixels[from];
+        self.vertices.copy::<DIFFUSE>(lane, &other.vertices, from);
+        self.throughput.set(lane, other.throughput.lane(from));
+        self.samplers[lane] = other.samplers[from];
+        self.alive |= 1 << lane;
+        for (to, offset) in self.offsets.iter_mut().zip(&other.offsets) {
+            to.copy(lane, offset, from);
+        }
+        self.chain[lane] = other.chain[from];
+        self.kinds.copy(lane, &other.kinds, from);
+        self.primal.set(lane, other.primal.lane(from));
+        for (to, light) in self.to.iter_mut().zip(&other.to) {
+            to.set(lane, light.lane(from));
+        }
+    }
+}
