@@ -10,6 +10,7 @@ use super::link::{Unseen, Way};
 use super::manifold::{Check, Found, Kept, Request};
 use super::pack::Before;
 use super::plain::PlainPaths;
+use super::pool::Pool;
 use super::{Counts, Share, primary};
 use crate::gradient::{Base, Neighbour, Offset, Weights};
 use crate::lanes::{LANES, Vec3x8, first_lanes, lanes_of, mask_of};
@@ -28,9 +29,9 @@ use wide::f32x8;
 /// lens: then offset paths have vertices of their own at the primary hits alone.
 #[derive(Default)]
 pub(super) struct BasePaths<const N: usize> {
-    pub(super) blocks: Vec<Block<N>>,
+    pub(super) blocks: Pool<Block<N>>,
     /// The offset paths' own vertices, block by block. Empty if `DIFFUSE`: there they are in the grid.
-    pub(super) own: Vec<[VerticesX8; N]>,
+    pub(super) own: Pool<[VerticesX8; N]>,
     pub(super) grid: Grid,
     /// What was there before the paths were packed.
     pub(super) before: Before<N>,
@@ -38,8 +39,8 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) live: Vec<u32>,
     /// Random numbers for one step of each path.
     pub(super) numbers: Vec<[f32x8; 4]>,
-    pub(super) lights: Vec<LightBlock<N>>,
-    pub(super) flights: Vec<Flight<N>>,
+    pub(super) lights: Pool<LightBlock<N>>,
+    pub(super) flights: Pool<Flight<N>>,
     pub(super) primary: primary::Buffers,
     pub(super) bounce: ClosestBatch,
     pub(super) continuation: ClosestBatch,
@@ -47,7 +48,7 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) reconnection: AnyBatch,
     /// What lies between paths and their last rough vertices, and those.
     pub(super) chains: Chains,
-    pub(super) kept: Vec<Kept<N>>,
+    pub(super) kept: Pool<Kept<N>>,
     /// For each chain those of the offset paths, where they copy it.
     pub(super) copies: Vec<[CopiedChain; N]>,
     /// Of the light step, for each live block; empty where no light goes through glass.
@@ -102,6 +103,28 @@ impl<const N: usize> Block<N> {
         primal: Vec3x8::ZERO,
         to: [Vec3x8::ZERO; N],
     };
+
+    /// Makes it one without paths; numbers in lanes without paths stay.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.vertices.clear();
+        let Self {
+            pixels,
+            place,
+            throughput,
+            alive,
+            offsets,
+            chain,
+            kinds,
+            primal,
+            to,
+            ..
+        } = Self::NONE;
+        (self.pixels, self.place, self.alive) = (pixels, place, alive);
+        (self.throughput, self.offsets) = (throughput, offsets);
+        (self.chain, self.kinds) = (chain, kinds);
+        (self.primal, self.to) = (primal, to);
+    }
 
     /// Adds complete paths and their shifts, in the lanes `valid`.
     #[inline(always)]
@@ -245,7 +268,7 @@ impl<const N: usize> BasePaths<N> {
             // They have all become plain paths.
             return;
         }
-        for block in &self.blocks {
+        for block in self.blocks.iter() {
             block.deliver(first_lanes(LANES), samples);
         }
     }

@@ -114,8 +114,8 @@ impl<const N: usize> BasePaths<N> {
         let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
         let samplers = live.map(|block| &block.samplers);
         draw::<DIFFUSE>(samplers, k, &mut self.numbers);
-        self.flights.resize(self.live.len(), Flight::NONE);
-        let steps = self.live.iter().zip(&mut self.flights);
+        self.flights.resize(self.live.len(), || Flight::NONE);
+        let steps = self.live.iter().zip(self.flights.iter_mut());
         for ((&at, flight), numbers) in steps.zip(&self.numbers) {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
@@ -143,7 +143,7 @@ impl<const N: usize> BasePaths<N> {
             stored: &self.own,
         };
         self.found.clear();
-        for (index, (&at, flight)) in self.live.iter().zip(&mut self.flights).enumerate() {
+        for (index, (&at, flight)) in self.live.iter().zip(self.flights.iter_mut()).enumerate() {
             let block = &mut self.blocks[at as usize];
             // Of the paths that were here before.
             (flight.by_chain, flight.walked) = (0, 0);
@@ -191,7 +191,8 @@ impl<const N: usize> BasePaths<N> {
                 let begins = rough & arrival.surfaces & !next.rough;
                 if begins != 0 {
                     let note = self.kept.len() as u32;
-                    self.kept.push(Kept::of(block, &self.own[at as usize]));
+                    let kept = self.kept.next(|| Kept::NONE);
+                    kept.set(block, &self.own[at as usize]);
                     for lane in lanes_of(begins) {
                         let (start, pdf) = (start(&block.vertices, lane, k), pdf.lane(lane));
                         let wi = wi.lane(lane);
@@ -251,7 +252,7 @@ impl<const N: usize> BasePaths<N> {
 
     /// Finds out which offset paths arrive where their base paths do.
     pub(super) fn land<const DIFFUSE: bool>(&mut self, context: Context) {
-        for (&at, flight) in self.live.iter().zip(&mut self.flights) {
+        for (&at, flight) in self.live.iter().zip(self.flights.iter_mut()) {
             for j in 0..N {
                 let follower = &mut flight.followers[j];
                 follower.blocked = self.reconnection.blocked(&follower.ray, follower.joins);
@@ -275,7 +276,7 @@ impl<const N: usize> BasePaths<N> {
 
     /// Moves the offset paths to the next vertices; base paths that have reached light are complete.
     pub(super) fn arrive<const DIFFUSE: bool>(&mut self, context: Context) {
-        for (&at, flight) in self.live.iter().zip(&self.flights) {
+        for (&at, flight) in self.live.iter().zip(self.flights.iter()) {
             let block = &mut self.blocks[at as usize];
             if flight.ends != 0 {
                 let (base, shifts) = flight.complete::<DIFFUSE>(block);

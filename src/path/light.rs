@@ -216,7 +216,7 @@ impl<const N: usize> BasePaths<N> {
         self.shadow.clear();
         let live = self.live.iter().map(|&at| &self.blocks[at as usize]);
         draw(live.map(|block| &block.samplers), k, &mut self.numbers);
-        self.lights.resize(self.live.len(), LightBlock::DARK);
+        self.lights.resize(self.live.len(), || LightBlock::DARK);
         let through_glass = !DIFFUSE && context.walks_through_glass();
         let through_balls = !DIFFUSE && context.walks_through_balls();
         self.unseen.clear();
@@ -225,7 +225,7 @@ impl<const N: usize> BasePaths<N> {
             grid: &self.grid,
             stored: &self.own,
         };
-        let steps = self.live.iter().zip(&mut self.lights);
+        let steps = self.live.iter().zip(self.lights.iter_mut());
         for (index, ((&at, to), &[u0, u1, u2, _])) in steps.zip(&self.numbers).enumerate() {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
@@ -270,12 +270,12 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
-        for ((_, unseen), light) in self.unseen.iter_mut().zip(&self.lights) {
+        for ((_, unseen), light) in self.unseen.iter_mut().zip(self.lights.iter()) {
             let ConnectionX8 { valid, ray, .. } = &light.base;
             *unseen &= !valid | self.shadow.blocked(ray, *valid);
         }
         let weights = context.settings.weights;
-        for (&at, light) in self.live.iter().zip(&self.lights) {
+        for (&at, light) in self.live.iter().zip(self.lights.iter()) {
             if light.base.valid != 0 {
                 let (base, shifts, valid) = light.resolve(&self.shadow);
                 self.blocks[at as usize].gather(weights, &base, &shifts, valid);

@@ -65,13 +65,19 @@ impl<const N: usize> Kept<N> {
         own: [const { VerticesX8::NONE }; N],
     };
 
-    pub(super) fn of(block: &Block<N>, own: &[VerticesX8; N]) -> Self {
-        Self {
-            vertices: block.vertices.clone(),
-            throughput: block.throughput,
-            offsets: block.offsets,
-            own: own.clone(),
-        }
+    /// Makes it that of no lane; the numbers stay.
+    pub(super) fn clear(&mut self) {
+        self.vertices.clear();
+        self.offsets = [OffsetsX8::start(0); N];
+        self.own.iter_mut().for_each(VerticesX8::clear);
+    }
+
+    /// Keeps the vertices of all lanes.
+    pub(super) fn set(&mut self, block: &Block<N>, own: &[VerticesX8; N]) {
+        self.vertices.clone_from(&block.vertices);
+        self.throughput = block.throughput;
+        self.offsets = block.offsets;
+        self.own.clone_from(own);
     }
 
     /// Puts the vertices in lane `from` of `other` into a lane.

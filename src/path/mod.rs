@@ -19,6 +19,7 @@ mod manifold;
 mod order;
 mod pack;
 mod plain;
+mod pool;
 mod primary;
 pub mod replay;
 mod shares;

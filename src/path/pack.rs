@@ -4,6 +4,7 @@
 use super::base::{BasePaths, Block};
 use super::chain::{self, Chains};
 use super::manifold::Kept;
+use super::pool::Pool;
 use crate::lanes::{LANES, lanes_of};
 use crate::sums::PixelSample;
 use crate::vertex::VerticesX8;
@@ -15,8 +16,8 @@ const WORTH: f32 = 0.9;
 /// Blocks as they were, with the offset paths' own vertices.
 #[derive(Default)]
 pub(super) struct Before<const N: usize> {
-    blocks: Vec<Block<N>>,
-    own: Vec<[VerticesX8; N]>,
+    blocks: Pool<Block<N>>,
+    own: Pool<[VerticesX8; N]>,
 }
 
 impl<const N: usize> BasePaths<N> {
@@ -33,7 +34,7 @@ impl<const N: usize> BasePaths<N> {
         std::mem::swap(own, &mut self.own);
         self.blocks.clear();
         self.own.clear();
-        for block in &*blocks {
+        for block in blocks.iter() {
             block.deliver(!block.alive, samples);
         }
         for rough in [true, false] {
@@ -49,9 +50,10 @@ impl<const N: usize> BasePaths<N> {
                     if filled == LANES {
                         filled = 0;
                         notes.clear();
-                        self.blocks.push(Block::NONE);
+                        self.blocks.next(|| Block::NONE).clear();
                         if !DIFFUSE {
-                            self.own.push([const { VerticesX8::NONE }; N]);
+                            let own = self.own.next(|| [const { VerticesX8::NONE }; N]);
+                            own.iter_mut().for_each(VerticesX8::clear);
                         }
                     }
                     let at_new = self.blocks.len() - 1;
@@ -82,7 +84,7 @@ impl<const N: usize> BasePaths<N> {
 /// Moves the vertex at which a chain began into the lane where the path is now. `notes`: those of the block so far.
 fn keep<const N: usize>(
     chains: &mut Chains,
-    kept: &mut Vec<Kept<N>>,
+    kept: &mut Pool<Kept<N>>,
     notes: &mut Vec<(u32, u32)>,
     chain: u32,
     (to, from): (usize, usize),
@@ -96,7 +98,7 @@ fn keep<const N: usize>(
         Some((_, note)) => *note,
         None => {
             let note = kept.len() as u32;
-            kept.push(Kept::NONE);
+            kept.next(|| Kept::NONE).clear();
             notes.push((k, note));
             note
         }

@@ -7,6 +7,7 @@ use super::chain::{self, Chains};
 use super::light::{ConnectedX8, shadow_rays};
 use super::link::{self, LinksX8, Unseen, Way, light_end, start};
 use super::order::Order;
+use super::pool::Pool;
 use super::shares::Ledger;
 use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
@@ -22,7 +23,7 @@ use wide::f32x8;
 /// Plain paths at one vertex, with the buffers for their next steps.
 #[derive(Default)]
 pub(super) struct PlainPaths {
-    blocks: Vec<PlainBlock>,
+    blocks: Pool<PlainBlock>,
     /// Lanes of `blocks` in use.
     len: usize,
     /// Paths on their way to the next vertex, one for each ray of `bounce`.
@@ -230,7 +231,9 @@ impl PlainPaths {
     ) {
         let lane = self.len % LANES;
         if self.len / LANES == self.blocks.len() {
-            self.blocks.push(PlainBlock::NONE);
+            let block = self.blocks.next(|| PlainBlock::NONE);
+            block.vertices.clear();
+            block.alive = 0;
         }
         let block = &mut self.blocks[self.len / LANES];
         block.vertices.copy::<DIFFUSE>(lane, vertices, from);
@@ -504,7 +507,7 @@ impl PlainPaths {
     /// Moves the paths to their next vertices; those that reached light are complete.
     fn arrive(&mut self, context: Context, k: u32) {
         self.blocks
-            .resize(self.len.div_ceil(LANES), PlainBlock::NONE);
+            .resize(self.len.div_ceil(LANES), || PlainBlock::NONE);
         for (at, (block, flight)) in self.blocks.iter_mut().zip(&self.flights).enumerate() {
             let rays = first_lanes(self.len - at * LANES);
             let hits = self.bounce.hits(at);
@@ -521,7 +524,7 @@ impl PlainPaths {
         let going_on = self.order.sort(context, k, &self.bounce);
         let rays = &self.order.rays;
         self.blocks
-            .resize(rays.len().div_ceil(LANES), PlainBlock::NONE);
+            .resize(rays.len().div_ceil(LANES), || PlainBlock::NONE);
         for (block, rays) in self.blocks.iter_mut().zip(rays.chunks(LANES)) {
             let lanes = first_lanes(rays.len());
             let mut of_lanes = [0; LANES];
@@ -556,7 +559,7 @@ impl PlainPaths {
         }
         // Behind those that go on there are only such that have ended.
         self.blocks
-            .resize(going_on.div_ceil(LANES), PlainBlock::NONE);
+            .resize(going_on.div_ceil(LANES), || PlainBlock::NONE);
         self.len = going_on;
     }
 }

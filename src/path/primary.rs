@@ -4,9 +4,10 @@
 use super::arrival;
 use super::base::{BasePaths, Block, step};
 use super::features::{self, Glimpses};
+use super::pool::Pool;
 use super::{Context, PathSettings, Tile, trace_closest};
 use crate::gradient::Neighbour;
-use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
+use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of, lanes_where};
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::camera::{Camera, Lens};
 use crate::shift::{Death, OffsetsX8};
@@ -26,7 +27,7 @@ pub(super) struct Buffers {
     /// With a lens, the rays of each pixel and of its `N` offset paths; [`NONE`] outside of the film.
     through_lens: Vec<u32>,
     /// What they met, eight by eight, and a bit for each surface. Not in diffuse scenes: there the grid has it.
-    hits: Vec<(VerticesX8, u32)>,
+    hits: Pool<(VerticesX8, u32)>,
     /// Those that have met mirrors and glass.
     glimpses: Glimpses,
 }
@@ -116,23 +117,30 @@ impl<const N: usize> BasePaths<N> {
         if DIFFUSE && N > 0 {
             self.grid.resize(window.width(), self.primary.rays.len());
         }
-        let mut vertices = VerticesX8::NONE;
+        let mut one = VerticesX8::NONE;
         for block in 0..self.primary.rays.len().div_ceil(LANES) {
             let hits = self.primary.rays.hits(block);
-            let surfaces = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut vertices);
             let place = block * LANES;
             let pixels = &self.primary.pixels[place..];
-            let going_on = first_hits(context, &hits, (&vertices, surfaces), pixels, samples, sums);
+            let vertices;
+            let surfaces;
+            if DIFFUSE || N == 0 {
+                surfaces = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut one);
+                vertices = &one;
+            } else {
+                let met = self.primary.hits.next(|| (VerticesX8::NONE, 0));
+                met.1 = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut met.0);
+                (vertices, surfaces) = (&met.0, met.1);
+            }
+            let going_on = first_hits(context, &hits, (vertices, surfaces), pixels, samples, sums);
             if !DIFFUSE && going_on != 0 {
                 let pixels = std::array::from_fn(|lane| pixels.get(lane).copied().unwrap_or(NONE));
-                self.primary.glimpses.push(&vertices, going_on, pixels);
+                self.primary.glimpses.push(vertices, going_on, pixels);
             }
             if N == 0 {
-                self.start_plain(context, tile, place, sample, (&vertices, surfaces));
+                self.start_plain(context, tile, place, sample, (&one, surfaces));
             } else if DIFFUSE {
-                self.grid.store(place, &vertices, surfaces);
-            } else {
-                self.primary.hits.push((vertices.clone(), surfaces));
+                self.grid.store(place, &one, surfaces);
             }
         }
 
@@ -239,8 +247,9 @@ impl<const N: usize> BasePaths<N> {
             seed,
             ..
         } = *context.settings;
-        let mut block = Block::NONE;
-        block.vertices = vertices.clone();
+        let block = self.blocks.next(|| Block::NONE);
+        block.clear();
+        block.vertices.clone_from(vertices);
         block.alive = alive;
         for lane in lanes_of(alive) {
             let pixel = (place + lane) as u32;
@@ -248,7 +257,6 @@ impl<const N: usize> BasePaths<N> {
             let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
             block.samplers[lane] = Sampler::for_pixel(kind, seed, x, y, sample);
         }
-        self.blocks.push(block);
     }
 
     /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on, which are at `place` in the grid.
@@ -266,7 +274,8 @@ impl<const N: usize> BasePaths<N> {
         if alive == 0 {
             return;
         }
-        let mut block = Block::at(context, tile, (x, y), sample);
+        let block = self.blocks.next(|| Block::NONE);
+        block.start(context, tile, (x, y), sample);
         block.place = place;
         block.vertices = self.grid.load(place, 0);
         block.alive = alive;
@@ -277,7 +286,6 @@ impl<const N: usize> BasePaths<N> {
             self.counts.die(Death::Missed, wanted & !there);
             *offsets = OffsetsX8::start(wanted & there);
         }
-        self.blocks.push(block);
     }
 
     /// Starts the paths of the eight pixels from (`x`, `y`) in the tile on.
@@ -303,21 +311,25 @@ impl<const N: usize> BasePaths<N> {
             }
         };
 
-        let mut block = Block::at(context, tile, (x, y), sample);
-        for lane in lanes_of(first_lanes((tile.width - x) as usize)) {
-            if let Some((met, from)) = met.surface(ray(lane, None)) {
-                block.vertices.copy::<false>(lane, met, from);
-                block.alive |= 1 << lane;
-            }
-        }
-        if block.alive == 0 {
+        let columns = first_lanes((tile.width - x) as usize);
+        let alive = lanes_where(columns, |lane| met.surface(ray(lane, None)).is_some());
+        if alive == 0 {
             return;
         }
-        let mut own = [const { VerticesX8::NONE }; N];
+        let block = self.blocks.next(|| Block::NONE);
+        block.start(context, tile, (x, y), sample);
+        block.alive = alive;
+        for lane in lanes_of(alive) {
+            if let Some((met, from)) = met.surface(ray(lane, None)) {
+                block.vertices.copy::<false>(lane, met, from);
+            }
+        }
+        let own = self.own.next(|| [const { VerticesX8::NONE }; N]);
         for (j, (own, offsets)) in own.iter_mut().zip(&mut block.offsets).enumerate() {
             // Where the film ends the difference does not exist.
             let wanted = block.alive & on_film(camera, (tile.x + x, tile.y + y), j);
             let mut free = 0;
+            own.clear();
             for lane in lanes_of(wanted) {
                 // It must be of the base vertex's kind.
                 let Some((met, from)) = met.surface(ray(lane, Some(j))) else {
@@ -333,27 +345,24 @@ impl<const N: usize> BasePaths<N> {
             }
             *offsets = OffsetsX8::start(free);
         }
-        self.blocks.push(block);
-        self.own.push(own);
     }
 }
 
 impl<const N: usize> Block<N> {
-    /// For the eight pixels from (`x`, `y`) in the tile on, without paths.
+    /// Makes it that of the eight pixels from (`x`, `y`) in the tile on, without paths.
     #[inline(always)]
-    fn at(context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) -> Self {
+    fn start(&mut self, context: Context, tile: Tile, (x, y): (u32, u32), sample: u64) {
         let PathSettings {
             sampler: kind,
             seed,
             ..
         } = *context.settings;
-        let mut block = Self::NONE;
+        self.clear();
         for lane in lanes_of(first_lanes((tile.width - x) as usize)) {
             let x = x + lane as u32;
-            block.pixels[lane] = y * tile.width + x;
-            block.samplers[lane] = Sampler::for_pixel(kind, seed, tile.x + x, tile.y + y, sample);
+            self.pixels[lane] = y * tile.width + x;
+            self.samplers[lane] = Sampler::for_pixel(kind, seed, tile.x + x, tile.y + y, sample);
         }
-        block
     }
 }
 

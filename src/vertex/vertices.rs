@@ -168,6 +168,13 @@ impl VerticesX8 {
         more: More::NONE,
     };
 
+    /// Makes it nothing in all lanes; the numbers stay.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        (self.rough, self.others) = (0, 0);
+        self.more.kinds = Kinds::NONE;
+    }
+
     /// How many numbers a vertex of a diffuse scene on a primary hit has, see [`VerticesX8::rows`].
     pub const ROWS: usize = 16;
 
