@@ -124,11 +124,7 @@ impl Walks {
         if guess.is_some() {
             self.under_way.push(index);
         }
-        let mut walk = Walk::new(start, target, through, guess);
-        if let Through::Mirrors(by) = through {
-            walk.other_guess = scene.reflectors.other_guess(&by, start.position);
-        }
-        self.walks.push(walk);
+        self.walks.push(Walk::new(start, target, through, guess));
         index
     }
 

@@ -4,7 +4,7 @@ use super::shot::Shot;
 use super::{Failure, Link, Start, Through};
 use crate::bsdf::Lobe;
 use crate::scene::Scene;
-use crate::scene::reflectors::Target;
+use crate::scene::reflectors::{Branch, Inside, Target};
 use crate::trace::rays::Hit;
 use crate::vertex::Interaction;
 use glam::{Vec2, Vec3};
@@ -38,8 +38,8 @@ pub(super) struct Walk {
     /// The most of the bend at glass for which there is a way, and that way's direction: with none at all it is where the
     /// walk begins. It has arrived only with all of it.
     pub(super) bent: (f32, Vec3),
-    /// Where it begins again if it gets nowhere.
-    pub(super) other_guess: Option<Vec3>,
+    /// Whether it has begun again, in another direction, as it got nowhere.
+    pub(super) again: bool,
     pub(super) shots: u32,
     /// Rays that it has traced, the last segment apart.
     pub(super) rays: u32,
@@ -68,7 +68,7 @@ impl Walk {
             best: None,
             share: 1.0,
             bent: (0.0, guess.unwrap_or(Vec3::X)),
-            other_guess: None,
+            again: false,
             shots: 1,
             rays: 0,
             result: Err(Failure::Missed),
@@ -83,12 +83,12 @@ impl Walk {
         let outcome = match &through {
             Through::Passage => self.go(scene, hit, &[]),
             Through::Mirrors(by) => self.go(scene, hit, by.numbers()),
-            Through::Ball(ball, _) => self.go_through(scene, hit, *ball),
+            Through::Ball(ball, branch) => self.go_through(scene, hit, (*ball, *branch)),
         };
         match outcome {
             Outcome::On => true,
             Outcome::Through => self.correct(scene),
-            Outcome::Failed(failure) => self.retreat(failure),
+            Outcome::Failed(failure) => self.retreat(scene, failure),
         }
     }
 
@@ -139,8 +139,13 @@ impl Walk {
             && !scene.reflectors.may_pass(ahead, &self.target)
     }
 
-    /// Goes into a ball of glass and out of it.
-    fn go_through(&mut self, scene: &Scene, hit: Option<Hit>, ball: u32) -> Outcome {
+    /// Goes into a ball of glass and out of it, once reflected inside or not.
+    fn go_through(
+        &mut self,
+        scene: &Scene,
+        hit: Option<Hit>,
+        (ball, branch): (u32, Branch),
+    ) -> Outcome {
         let Some(hit) = hit else {
             return Outcome::Failed(Failure::Missed);
         };
@@ -151,9 +156,12 @@ impl Walk {
         else {
             return Outcome::Failed(Failure::Opaque);
         };
-        let lobe = Lobe::Transmission;
+        let lobe = match (branch.inside, self.shot.vertices) {
+            (Inside::Reflected, 1) => Lobe::Reflection,
+            _ => Lobe::Transmission,
+        };
         match self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k) {
-            Ok(()) if self.shot.vertices == 2 => Outcome::Through,
+            Ok(()) if self.shot.vertices == branch.vertices() => Outcome::Through,
             Ok(()) => Outcome::On,
             Err(failure) => Outcome::Failed(failure),
         }
@@ -180,7 +188,7 @@ impl Walk {
             Some((_, best, _)) => angle < best,
         };
         if !nearer {
-            return self.retreat(Failure::Unsolved);
+            return self.retreat(scene, Failure::Unsolved);
         }
         if shot.bend < 1.0 && angle < NEAR_WHILE_BENDING {
             let (bend, wi) = self.bent;
@@ -212,7 +220,7 @@ impl Walk {
     }
 
     /// Tries half of the last turn, if there was one; else glass that bends less.
-    fn retreat(&mut self, failure: Failure) -> bool {
+    fn retreat(&mut self, scene: &Scene, failure: Failure) -> bool {
         self.share *= 0.5;
         self.result = Err(failure);
         if self.shots >= MOST_SHOTS {
@@ -229,13 +237,24 @@ impl Walk {
         if bends && self.best.is_none() && failure == Failure::Reflected {
             return self.bend_to(bent + more_bend, wi);
         }
-        match self.other_guess.take() {
+        match self.other_guess(scene) {
             Some(wi) => {
+                self.again = true;
                 self.bent = (0.0, wi);
                 self.bend_to(1.0, wi)
             }
             None => false,
         }
+    }
+
+    /// Where it begins again, once.
+    fn other_guess(&self, scene: &Scene) -> Option<Vec3> {
+        let Through::Mirrors(by) = &self.through else {
+            return None;
+        };
+        let (reflectors, from) = (&scene.reflectors, self.start.position);
+        let other = || reflectors.other_guess(by, from, &self.target);
+        (!self.again).then(other)?
     }
 
     /// Begins again in the direction `wi`, with so much of the bend at glass.
@@ -257,7 +276,7 @@ impl Walk {
         // Each way through a ball is that of one branch.
         if let Through::Ball(reflector, branch) = self.through
             && let Some(ball) = scene.reflectors.ball(reflector)
-            && ball.branch(self.start.position, shot.wi, &self.target) != branch
+            && ball.branch(branch.inside, self.start.position, shot.wi, &self.target) != branch
         {
             return Err(Failure::Unsolved);
         }

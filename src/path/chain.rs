@@ -4,7 +4,7 @@
 use crate::lanes::{LANES, lanes_of};
 use crate::manifold::{Link, Start, Through, trail};
 use crate::scene::Scene;
-use crate::scene::reflectors::{Sequence, Target};
+use crate::scene::reflectors::{Inside, Sequence, Target};
 use crate::trace::rays::HitsX8;
 use crate::vertex::ScatteringX8;
 use glam::Vec3;
@@ -42,8 +42,10 @@ enum Gone {
     Mirrors(Sequence),
     /// Into this ball of glass.
     Into(u32),
+    /// And reflected inside.
+    Back(u32),
     /// And out of it.
-    OutOf(u32),
+    OutOf(u32, Inside),
 }
 
 /// The chains of the paths of a tile.
@@ -56,12 +58,12 @@ impl Chain {
     /// By what a walk could have found it, if it ends at `target`.
     pub(super) fn through(&self, scene: &Scene, target: &Target) -> Option<Through> {
         match self.gone {
-            Gone::Nowhere | Gone::Into(_) => None,
+            Gone::Nowhere | Gone::Into(_) | Gone::Back(_) => None,
             Gone::Passing => Some(Through::Passage),
             Gone::Mirrors(by) => Some(Through::Mirrors(by)),
-            Gone::OutOf(reflector) => {
+            Gone::OutOf(reflector, inside) => {
                 let ball = scene.reflectors.ball(reflector)?;
-                let branch = ball.branch(self.start.position, self.wi, target);
+                let branch = ball.branch(inside, self.start.position, self.wi, target);
                 Some(Through::Ball(reflector, branch))
             }
         }
@@ -142,7 +144,9 @@ impl Chains {
             (Gone::Nowhere, true) if scene.reflectors.ball(reflector).is_some() => {
                 Gone::Into(reflector)
             }
-            (Gone::Into(ball), true) if ball == reflector => Gone::OutOf(ball),
+            (Gone::Into(ball), true) if ball == reflector => Gone::OutOf(ball, Inside::Passes),
+            (Gone::Into(ball), false) if ball == reflector => Gone::Back(ball),
+            (Gone::Back(ball), true) if ball == reflector => Gone::OutOf(ball, Inside::Reflected),
             (Gone::Mirrors(by), true) if !focuses => Gone::Mirrors(by),
             (Gone::Nowhere | Gone::Passing, false) => Gone::Mirrors(Sequence::of(reflector)),
             (Gone::Mirrors(so_far), false) => match so_far.and(reflector) {

@@ -65,9 +65,10 @@ impl CopiedChain {
     ) -> Option<(Target, Through)> {
         let end = self.end.filter(|_| !self.by_others)?;
         let through = match way {
-            Through::Ball(reflector, _) => {
+            Through::Ball(reflector, branch) => {
                 let ball = scene.reflectors.ball(reflector)?;
-                Through::Ball(reflector, ball.branch(start, self.wi, &end))
+                let branch = ball.branch(branch.inside, start, self.wi, &end);
+                Through::Ball(reflector, branch)
             }
             Through::Passage | Through::Mirrors(_) => way,
         };
@@ -87,8 +88,11 @@ impl CopiedChain {
 pub(super) struct Kinds<const N: usize> {
     /// The lanes of base paths that are in such chains, with no more reflections.
     single: u32,
-    /// Of these the lanes that have done nothing but pass.
+    /// Of these the lanes that have done nothing but pass, and those that have, at least once.
     passing: u32,
+    passed: u32,
+    /// The lanes that have passed and then been reflected at a ball of glass, inside of it.
+    reflected_in: u32,
     reflections: [u8; LANES],
     base: Barred,
     offsets: [Barred; N],
@@ -132,6 +136,8 @@ impl<const N: usize> Kinds<N> {
     pub(super) const NONE: Self = Self {
         single: 0,
         passing: 0,
+        passed: 0,
+        reflected_in: 0,
         reflections: [0; LANES],
         base: Barred::NONE,
         offsets: [Barred::NONE; N],
@@ -143,6 +149,8 @@ impl<const N: usize> Kinds<N> {
         let put = |to: &mut u32, bits: u32| set_bit(to, lane, bits >> from & 1 == 1);
         put(&mut self.single, other.single);
         put(&mut self.passing, other.passing);
+        put(&mut self.passed, other.passed);
+        put(&mut self.reflected_in, other.reflected_in);
         self.reflections[lane] = other.reflections[from];
         self.balls[lane] = other.balls[from];
         let barred = std::iter::once((&mut self.base, &other.base));
@@ -155,7 +163,12 @@ impl<const N: usize> Kinds<N> {
     /// The base paths have scattered: those that `begin` leave rough vertices, the others in `single` directions, of
     /// which some transmit.
     pub(super) fn scatter(&mut self, begin: u32, single: u32, transmits: u32) {
+        let reflected = self.passing & self.passed & single & !transmits;
+        let at_ball = |lane: usize| self.balls[lane] != NONE;
+        self.reflected_in =
+            self.reflected_in & single & transmits | lanes_where(reflected, at_ball);
         self.passing = begin | self.passing & single & transmits;
+        self.passed = self.passing & !begin;
         self.single = begin | self.single & single;
         for lane in lanes_of(begin) {
             self.reflections[lane] = 0;
@@ -177,9 +190,10 @@ impl<const N: usize> Kinds<N> {
     pub(super) fn arrive(&mut self, scene: &Scene, hits: &HitsX8, surfaces: u32, rough: u32) {
         self.single &= !(surfaces & rough);
         self.passing &= self.single;
+        self.reflected_in &= self.single;
         self.base.arrive(scene, hits, surfaces & self.single);
         if !scene.reflectors.balls().is_empty() {
-            for lane in lanes_of(surfaces & self.passing) {
+            for lane in lanes_of(surfaces & self.by_balls()) {
                 self.balls[lane] = ball_at(scene, hits, lane);
             }
         }
@@ -198,9 +212,14 @@ impl<const N: usize> Kinds<N> {
         if scene.reflectors.balls().is_empty() {
             return 0;
         }
-        lanes_where(surfaces & self.passing, |lane| {
+        lanes_where(surfaces & self.by_balls(), |lane| {
             ball_at(scene, hits, lane) != self.balls[lane]
         })
+    }
+
+    /// The lanes in which what has been may be the beginning of a way through a ball of glass.
+    fn by_balls(&self) -> u32 {
+        self.passing | self.reflected_in
     }
 
     /// The lanes in which a walk may find the chain of an offset path `j`, and not that of its base path, or that alone.

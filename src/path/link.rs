@@ -97,19 +97,24 @@ pub(super) fn by_balls(
         return;
     }
     let targets = targets(light);
+    let coins = f32x8::from_lanes(|lane| samplers[lane].coin(!k));
     for (reflector, ball) in context.scene.reflectors.balls() {
         // Lights that have their backs to all of it.
-        let height = light.ng.dot(Vec3x8::splat(ball.centre) - light.position);
-        let behind = height.simd_lt(f32x8::splat(-ball.radius)).to_bitmask();
+        let height = light
+            .ng
+            .dot(Vec3x8::splat(ball.sphere.centre) - light.position);
+        let behind = height
+            .simd_lt(f32x8::splat(-ball.sphere.radius))
+            .to_bitmask();
         let lanes = lanes & !(behind & !light.far & !light.punctual);
         if lanes == 0 {
             continue;
         }
-        let probabilities = ball.probabilities(from, &targets, context.always());
+        let probabilities = ball.probabilities(from, &targets, context.always(), coins);
         for (branch, probability) in Branch::ALL.into_iter().zip(probabilities) {
             for lane in lanes_of(lanes & positive(probability).to_bitmask()) {
                 let probability = probability.lane(lane);
-                if samplers[lane].coin(!k) < probability
+                if coins.lane(lane) < probability
                     && let Some(end) = light.lane(lane)
                 {
                     ask(lane, (end, Through::Ball(*reflector, branch)), probability);
@@ -143,10 +148,10 @@ pub(super) fn probability(context: Context, from: Vec3x8, ways: &Ways) -> f32x8 
             _ => None,
         };
         if ways.iter().any(|way| through_it(way).is_some()) {
-            let by_branch = ball.probabilities(from, &targets(), context.always());
+            let by_branch = ball.probabilities(from, &targets(), context.always(), f32x8::ZERO);
             for (lane, way) in ways.iter().enumerate() {
                 if let Some(branch) = through_it(way) {
-                    probability.set_lane(lane, by_branch[branch as usize].lane(lane));
+                    probability.set_lane(lane, by_branch[branch.number()].lane(lane));
                 }
             }
         }

@@ -41,7 +41,7 @@ impl<const N: usize> BasePaths<N> {
             // Of the new block that is being filled the lanes that are, and where the vertices are at which its chains
             // began.
             let mut filled = LANES;
-            let mut notes = Vec::new();
+            let mut notes = [None; LANES];
             for &at in &self.live {
                 let block = &blocks[at as usize];
                 let surfaces = block.vertices.rough;
@@ -49,7 +49,7 @@ impl<const N: usize> BasePaths<N> {
                 for from in lanes_of(moves) {
                     if filled == LANES {
                         filled = 0;
-                        notes.clear();
+                        notes = [None; LANES];
                         self.blocks.next(|| Block::NONE).clear();
                         if !DIFFUSE {
                             let own = self.own.next(|| [const { VerticesX8::NONE }; N]);
@@ -81,11 +81,18 @@ impl<const N: usize> BasePaths<N> {
     }
 }
 
+/// Where the vertices x_k are kept at which chains of a block began.
+#[derive(Clone, Copy)]
+struct Note {
+    k: u32,
+    number: u32,
+}
+
 /// Moves the vertex at which a chain began into the lane where the path is now. `notes`: those of the block so far.
 fn keep<const N: usize>(
     chains: &mut Chains,
     kept: &mut Pool<Kept<N>>,
-    notes: &mut Vec<(u32, u32)>,
+    notes: &mut [Option<Note>; LANES],
     chain: u32,
     (to, from): (usize, usize),
 ) {
@@ -94,22 +101,22 @@ fn keep<const N: usize>(
     };
     // Those that began together stay together.
     let k = chain.start.k;
-    let note = match notes.iter().find(|(began, _)| *began == k) {
-        Some((_, note)) => *note,
+    let together = notes.iter().flatten().find(|note| note.k == k);
+    let number = match together {
+        Some(note) => note.number,
         None => {
-            let note = kept.len() as u32;
+            let number = kept.len() as u32;
             kept.next(|| Kept::NONE).clear();
-            notes.push((k, note));
-            note
+            // There are no more than lanes.
+            if let Some(free) = notes.iter_mut().find(|note| note.is_none()) {
+                *free = Some(Note { k, number });
+            }
+            number
         }
     };
-    let [old, new] = [chain.note, note].map(|note| note as usize);
-    let (before, new) = {
-        let (before, after) = kept.split_at_mut(new);
-        (&before[old], &mut after[0])
-    };
-    new.copy(to, before, from);
-    chain.note = note;
+    let (before, new) = kept.split_at_mut(number as usize);
+    new[0].copy(to, &before[chain.note as usize], from);
+    chain.note = number;
 }
 
 impl<const N: usize> Block<N> {

@@ -23,12 +23,23 @@ const BOARD: usize = 4;
 fn scene(polygons: &[(Vec<[f32; 3]>, usize)], balls: &[Ball], lamp: f32) -> Scene {
     let (floor, mut lamp) = (level(0.0, 2.0), level(1.6, lamp));
     lamp.reverse();
-    let mut all: Vec<(&[[f32; 3]], usize)> = vec![(&floor, FLOOR), (&lamp, LAMP)];
-    all.extend(polygons.iter().map(|(corners, m)| (&corners[..], *m)));
+    let mut all = vec![(floor.to_vec(), FLOOR), (lamp.to_vec(), LAMP)];
+    all.extend_from_slice(polygons);
+    scene_of(&all, balls, [0.1, 0.8, 2.6], [0.0, 0.3, 0.0])
+}
+
+/// Of these alone, seen from `origin` towards `target`.
+fn scene_of(
+    polygons: &[(Vec<[f32; 3]>, usize)],
+    balls: &[Ball],
+    origin: [f32; 3],
+    target: [f32; 3],
+) -> Scene {
+    let all: Vec<_> = polygons.iter().map(|(c, m)| (&c[..], *m)).collect();
     let settings = SceneSettings {
         camera: CameraTable {
-            origin: Some([0.1, 0.8, 2.6]),
-            target: Some([0.0, 0.3, 0.0]),
+            origin: Some(origin),
+            target: Some(target),
             fov: Some(45.0),
             ..Default::default()
         },
@@ -135,6 +146,24 @@ fn holes_behind_glass() {
         ),
     ];
     agrees("holes behind glass", &all);
+}
+
+/// A ball of glass that sends light back to a wall where none comes otherwise: five sixths of it are reflected inside.
+#[test]
+fn light_that_a_ball_sends_back() {
+    let ball = Ball {
+        centre: Vec3::new(0.0, 0.5, 0.4),
+        radii: Vec3::splat(0.3),
+        level: 4,
+        smooth: true,
+        material: GLASS,
+    };
+    let wall = upright(Vec3::new(0.0, -0.5, -1.0), Vec3::Z, 1.5, 2.0);
+    let lamp = upright(Vec3::new(0.0, 0.3, -0.6), Vec3::Z, 0.16, 0.4);
+    // Seen from behind the lamp: of what is bright there is nothing.
+    let all = [(wall, FLOOR), (lamp, LAMP)];
+    let scene = scene_of(&all, &[ball], [0.9, 0.5, -0.65], [-0.5, 0.5, -1.0]);
+    agrees_in("light sent back", &scene, 512);
 }
 
 /// Two balls of glass that touch, one of them in the floor, beside an egg of glass, which is no ball: walks go through

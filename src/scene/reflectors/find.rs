@@ -1,7 +1,9 @@
 //! Reflectors are found among the triangles of a scene, once.
 
 use super::connected::{Edges, Groups};
-use super::{BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors};
+use super::{
+    BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Sphere,
+};
 use crate::bsdf::{Bsdf, fresnel};
 use crate::scene::light_grid::{Emitter, LightGrid};
 use crate::scene::material::{Class, Material};
@@ -109,7 +111,7 @@ impl Reflectors {
                 balls.push((number as u32, ball));
             }
         }
-        balls.sort_by(|(_, a), (_, b)| b.radius.total_cmp(&a.radius));
+        balls.sort_by(|(_, a), (_, b)| b.sphere.radius.total_cmp(&a.sphere.radius));
         balls.truncate(BALLS);
 
         // What lets light pass, and the choice among many.
@@ -203,6 +205,7 @@ impl Reflector {
             Form::Curved(Curved {
                 points: spread(mesh, triangles),
                 one_sided: false,
+                sphere: Sphere::of(mesh, triangles),
             })
         };
         let bsdf = &materials[material as usize].bsdf;

@@ -7,6 +7,39 @@ impl Reflectors {
     /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
     /// planes. None where there is none, or where more than one is curved.
     pub fn guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
+        self.guess_by(by, from, target, |curved, from, target| {
+            curved
+                .exact(from, target)
+                .or_else(|| curved.best(from, target))
+        })
+    }
+
+    /// Another one, if that comes to nothing: where the way to the first of these reflectors is through planes of glass that
+    /// bend it, the direction to its middle; where a curved one is a sphere but for its facets, that to one of its points.
+    pub fn other_guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
+        let first = &self.list[*by.numbers().first()? as usize];
+        if first.is_across {
+            let middle = 0.5 * (first.bounds.0 + first.bounds.1);
+            return (middle - from).try_normalize();
+        }
+        let flat = |&r: &u32| matches!(self.list[r as usize].form, Form::Plane(_));
+        if by.numbers().iter().all(flat) {
+            return None;
+        }
+        self.guess_by(by, from, target, |curved, from, target| {
+            curved.exact(from, target)?;
+            curved.best(from, target)
+        })
+    }
+
+    /// With `of_curved`, what is to be aimed at of a curved reflector from a point for a target.
+    fn guess_by(
+        &self,
+        by: &Sequence,
+        from: Vec3,
+        target: &Target,
+        of_curved: impl Fn(&Curved, Vec3, &Target) -> Option<Vec3>,
+    ) -> Option<Vec3> {
         let forms = by.numbers().iter().map(|&r| &self.list[r as usize].form);
         let curved = |form: &Form| matches!(form, Form::Curved(_));
         let Some(place) = forms.clone().position(curved) else {
@@ -25,21 +58,19 @@ impl Reflectors {
         let Some(Form::Curved(curved)) = forms.clone().nth(place) else {
             return None;
         };
-        let best = curved.best(seen_from, &image)?;
+        let best = of_curved(curved, seen_from, &image)?;
         let p = before.rev().fold(best, |p, form| form.mirror(p));
         (p - from).try_normalize()
-    }
-
-    /// Another one, where the way to the first of these reflectors is through planes of glass that bend it: the direction
-    /// to its middle.
-    pub fn other_guess(&self, by: &Sequence, from: Vec3) -> Option<Vec3> {
-        let first = &self.list[*by.numbers().first()? as usize];
-        let middle = 0.5 * (first.bounds.0 + first.bounds.1);
-        first.is_across.then(|| (middle - from).try_normalize())?
     }
 }
 
 impl Curved {
+    /// Of a sphere seen from outside, a point on the way to where it reflects `target`.
+    fn exact(&self, from: Vec3, target: &Target) -> Option<Vec3> {
+        let sphere = self.sphere.filter(|_| self.one_sided)?;
+        Some(from + sphere.reflected(from, target)?)
+    }
+
     /// The point at which the half vector of the ways to `from` and to `target` is the nearest to the normal.
     fn best(&self, from: Vec3, target: &Target) -> Option<Vec3> {
         let mut best = (0.0, None);

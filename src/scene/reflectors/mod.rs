@@ -10,11 +10,13 @@ mod connected;
 mod find;
 mod guess;
 mod plane;
+mod sphere;
 mod target;
 
-pub use ball::{Ball, Branch};
+pub use ball::{Ball, Branch, Inside, Part};
 pub use choice::Choice;
 pub use plane::Plane;
+pub use sphere::Sphere;
 pub use target::{Target, Targets};
 
 use super::light_grid::LightGrid;
@@ -79,6 +81,8 @@ pub struct Curved {
     pub points: Vec<(Vec3, Vec3)>,
     /// Whether it is seen on the side of the normals alone.
     one_sided: bool,
+    /// The sphere that it is, or a part of it.
+    sphere: Option<Sphere>,
 }
 
 type Bounds = (Vec3, Vec3);
@@ -90,7 +94,7 @@ pub enum Through {
     Passage,
     /// Reflections at these reflectors in this order; all else on the way lets light pass and does not focus it.
     Mirrors(Sequence),
-    /// Into this ball of glass and out of it, on one of the ways that there may be.
+    /// Into this ball of glass and out of it, reflected inside or not, on one of the ways that there may be.
     Ball(u32, Branch),
 }
 
