@@ -5,7 +5,8 @@
 //! reflected inside. So if the target is by δ off from where it would be without any turn, its ways are those of g(p) =
 //! −δ on one side, and of g(p) = δ on the other: beyond the centre. g falls at first, where rays have not met yet (up to
 //! the rainbow, where light is reflected), and rises then: so there are up to three ways of each kind, each alone in its
-//! [`Branch`].
+//! [`Branch`]. (Both ends closer to the ball than a hundredth of its radius, g may fall below −π, and there is a fourth:
+//! it is in no branch.)
 
 use super::sphere::{InPlane, Plane, Sphere, bisect};
 use super::{Target, Targets};

@@ -96,6 +96,12 @@ impl Reflectors {
                 Form::Curved(curved) => {
                     curved.points.iter_mut().for_each(|p| p.1 *= outside);
                     curved.one_sided = true;
+                    // A dent is none.
+                    let bulges = |sphere: &Sphere| {
+                        let mut points = curved.points.iter();
+                        points.all(|&(p, normal)| normal.dot(p - sphere.centre) > 0.0)
+                    };
+                    curved.sphere = curved.sphere.filter(bulges);
                 }
             }
         }
