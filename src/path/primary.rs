@@ -117,30 +117,27 @@ impl<const N: usize> BasePaths<N> {
         if DIFFUSE && N > 0 {
             self.grid.resize(window.width(), self.primary.rays.len());
         }
-        let mut one = VerticesX8::NONE;
+        let mut one = (VerticesX8::NONE, 0);
         for block in 0..self.primary.rays.len().div_ceil(LANES) {
             let hits = self.primary.rays.hits(block);
             let place = block * LANES;
             let pixels = &self.primary.pixels[place..];
-            let vertices;
-            let surfaces;
-            if DIFFUSE || N == 0 {
-                surfaces = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut one);
-                vertices = &one;
+            let met = if DIFFUSE || N == 0 {
+                &mut one
             } else {
-                let met = self.primary.hits.next(|| (VerticesX8::NONE, 0));
-                met.1 = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut met.0);
-                (vertices, surfaces) = (&met.0, met.1);
-            }
+                self.primary.hits.next(|| (VerticesX8::NONE, 0))
+            };
+            met.1 = arrival::meet::<DIFFUSE>(context.scene, &hits, &mut met.0);
+            let (vertices, surfaces) = (&met.0, met.1);
             let going_on = first_hits(context, &hits, (vertices, surfaces), pixels, samples, sums);
             if !DIFFUSE && going_on != 0 {
                 let pixels = std::array::from_fn(|lane| pixels.get(lane).copied().unwrap_or(NONE));
                 self.primary.glimpses.push(vertices, going_on, pixels);
             }
             if N == 0 {
-                self.start_plain(context, tile, place, sample, (&one, surfaces));
+                self.start_plain(context, tile, place, sample, (&one.0, surfaces));
             } else if DIFFUSE {
-                self.grid.store(place, &one, surfaces);
+                self.grid.store(place, &one.0, surfaces);
             }
         }
 
