@@ -518,6 +518,12 @@ pub fn set_bit(bits: &mut u32, lane: usize, value: bool) {
     *bits = *bits & !(1 << lane) | u32::from(value) << lane;
 }
 
+/// Sets or clears the bit of a lane as that of lane `from` of `others`.
+#[inline(always)]
+pub fn copy_bit(bits: &mut u32, lane: usize, others: u32, from: usize) {
+    set_bit(bits, lane, others >> from & 1 == 1);
+}
+
 /// A bit for each of the lanes below `count`.
 #[inline(always)]
 pub fn first_lanes(count: usize) -> u32 {

@@ -14,7 +14,7 @@
 use crate::bsdf::{Evals, Lobe, half_vector};
 use crate::frame::Frame;
 use crate::geometry::Seen;
-use crate::lanes::{Float, Vec3x8, lanes_of, mask_of, positive, set_bit};
+use crate::lanes::{Float, Vec3x8, copy_bit, lanes_of, mask_of, positive};
 use crate::scene::Scene;
 use crate::vertex::{ScatteringX8, VerticesX8};
 use wide::f32x8;
@@ -97,10 +97,9 @@ impl OffsetsX8 {
     /// Puts the offset path in lane `from` of `other` into a lane.
     #[inline(always)]
     pub fn copy(&mut self, lane: usize, other: &Self, from: usize) {
-        let put = |to: &mut u32, bits: u32| set_bit(to, lane, bits >> from & 1 == 1);
-        put(&mut self.free, other.free);
-        put(&mut self.joined, other.joined);
-        put(&mut self.connected, other.connected);
+        copy_bit(&mut self.free, lane, other.free, from);
+        copy_bit(&mut self.joined, lane, other.joined, from);
+        copy_bit(&mut self.connected, lane, other.connected, from);
         self.wo.set(lane, other.wo.lane(from));
         let (to, other) = (&mut self.carried, &other.carried);
         to.throughput.set(lane, other.throughput.lane(from));

@@ -5,7 +5,7 @@ use super::dielectric::Glass;
 use super::plastic::{Coat, Coats, Plastic};
 use super::thin::Pane;
 use super::{Bsdf, Evals, Samples, conductor, lambert};
-use crate::lanes::{Float, Mask, Vector};
+use crate::lanes::{Float, Mask, Vector, copy_bit};
 
 /// The kinds of [`Bsdf`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl Kinds {
     #[inline(always)]
     pub fn copy(&mut self, lane: usize, others: &Self, from: usize) {
         for (bits, others) in self.lanes.iter_mut().zip(others.lanes) {
-            *bits = *bits & !(1 << lane) | (others >> from & 1) << lane;
+            copy_bit(bits, lane, others, from);
         }
         self.there |= others.there;
     }

@@ -64,7 +64,6 @@ pub(super) struct BasePaths<const N: usize> {
 }
 
 /// Eight base paths at their current vertices x_k: at first those of eight pixels in a row, until they are packed.
-#[derive(Clone)]
 pub(super) struct Block<const N: usize> {
     /// The indices of their pixels in the tile, or [`NO_PIXEL`].
     pub(super) pixels: [u32; LANES],

@@ -34,7 +34,6 @@ pub(super) fn draw<'a, const DIFFUSE: bool>(
 }
 
 /// The base paths of eight pixels between x_k and x_{k+1}.
-#[derive(Clone)]
 pub(super) struct Flight<const N: usize> {
     pub(super) scattering: ScatteringX8,
     /// The rays to x_{k+1}.

@@ -6,7 +6,7 @@
 
 use super::chain::{Chain, NONE, is_found};
 use super::link::light_end;
-use crate::lanes::{LANES, lanes_of, lanes_where, set_bit};
+use crate::lanes::{LANES, copy_bit, lanes_of, lanes_where};
 use crate::manifold::{Link, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::{Sequence, Target};
@@ -146,7 +146,7 @@ impl<const N: usize> Kinds<N> {
 
     /// Puts what is in lane `from` of `other` into a lane.
     pub(super) fn copy(&mut self, lane: usize, other: &Self, from: usize) {
-        let put = |to: &mut u32, bits: u32| set_bit(to, lane, bits >> from & 1 == 1);
+        let put = |to: &mut u32, bits: u32| copy_bit(to, lane, bits, from);
         put(&mut self.single, other.single);
         put(&mut self.passing, other.passing);
         put(&mut self.passed, other.passed);

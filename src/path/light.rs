@@ -137,7 +137,6 @@ impl ConnectedX8 {
 }
 
 /// Complete paths of eight pixels, but for their shadow rays.
-#[derive(Clone)]
 pub(super) struct LightBlock<const N: usize> {
     base: ConnectionX8,
     offsets: [ConnectionX8; N],

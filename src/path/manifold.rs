@@ -48,7 +48,6 @@ pub(super) struct Check {
 }
 
 /// Rough vertices of base and offset paths at which chains begin.
-#[derive(Clone)]
 pub(super) struct Kept<const N: usize> {
     vertices: VerticesX8,
     throughput: Vec3x8,

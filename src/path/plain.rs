@@ -56,7 +56,6 @@ pub(super) struct PlainPaths {
 }
 
 /// Eight paths at their current vertices x_k.
-#[derive(Clone)]
 struct PlainBlock {
     vertices: VerticesX8,
     /// f/p up to x_k, the scattering there excluded.
@@ -71,7 +70,6 @@ struct PlainBlock {
 }
 
 /// Eight paths between their vertices.
-#[derive(Clone)]
 struct PlainFlight {
     /// Where they left.
     from: Vec3x8,

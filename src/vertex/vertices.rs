@@ -7,7 +7,7 @@ use crate::bsdf::packed::{Kind, Kinds, Packed, PackedParameters};
 use crate::bsdf::{Bsdf, Evals, Parameters, Samples, lambert};
 use crate::frame::Frame;
 use crate::geometry::{Site, offset_origin, segment};
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive, set_bit};
+use crate::lanes::{Float, LANES, Vec3x8, copy_bit, lanes_of, mask_of, positive, set_bit};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::trace::rays::{HitsX8, Ray};
@@ -343,7 +343,7 @@ impl VerticesX8 {
         self.agrees.set_lane(lane, others.agrees.lane(from));
         self.offset.set_lane(lane, others.offset.lane(from));
         self.survival.set_lane(lane, others.survival.lane(from));
-        set_bit(&mut self.rough, lane, others.rough >> from & 1 == 1);
+        copy_bit(&mut self.rough, lane, others.rough, from);
         if !DIFFUSE {
             self.copy_more(lane, others, from);
         }
@@ -352,7 +352,7 @@ impl VerticesX8 {
     #[inline(always)]
     fn copy_more(&mut self, lane: usize, others: &Self, from: usize) {
         let is_other = others.others >> from & 1 == 1;
-        set_bit(&mut self.others, lane, is_other);
+        copy_bit(&mut self.others, lane, others.others, from);
         let (to, from_more) = (&mut self.more, &others.more);
         to.wo.set(lane, from_more.wo.lane(from));
         to.material[lane] = from_more.material[from];

@@ -11,7 +11,6 @@
 use super::sphere::{InPlane, Plane, Sphere, bisect};
 use super::{Target, Targets};
 use crate::lanes::{Float, Vec3x8};
-use crate::scene::mesh::Mesh;
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI};
 use wide::f32x8;
@@ -117,9 +116,8 @@ const CROSSED: f32 = 1.0;
 const REFLECTED: f32 = 0.05;
 
 impl Ball {
-    /// That of which `triangles` are the surface; `None` if they are no ball.
-    pub(super) fn of(mesh: &Mesh, triangles: &[u32], index: f32) -> Option<Self> {
-        let sphere = Sphere::of(mesh, triangles)?;
+    /// That of this surface and index; `None` if the index is not above 1.
+    pub(super) fn new(sphere: Sphere, index: f32) -> Option<Self> {
         // Where the derivative of 2 asin p − 4 asin(p/n) is 0.
         let least = ((4.0 - index * index).max(0.0) / 3.0).sqrt().min(1.0);
         let rainbow = 4.0 * (least / index).asin() - 2.0 * least.asin();

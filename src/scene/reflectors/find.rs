@@ -101,18 +101,21 @@ impl Reflectors {
                         let mut points = curved.points.iter();
                         points.all(|&(p, normal)| normal.dot(p - sphere.centre) > 0.0)
                     };
-                    curved.sphere = curved.sphere.filter(bulges);
+                    let part = &parts[side.reflector as usize];
+                    curved.sphere = Sphere::of(mesh, part).filter(bulges);
                 }
             }
         }
 
         // Balls, whose glass is inside.
         let mut balls = Vec::new();
-        for (number, (reflector, part)) in list.iter().zip(&parts).enumerate() {
-            let from_outside = matches!(&reflector.form, Form::Curved(c) if c.one_sided);
-            if let (true, Bsdf::Glass { ior, .. }) =
-                (from_outside, &materials[reflector.material as usize].bsdf)
-                && let Some(ball) = Ball::of(mesh, part, *ior)
+        for (number, reflector) in list.iter().enumerate() {
+            if let Form::Curved(Curved {
+                sphere: Some(sphere),
+                ..
+            }) = reflector.form
+                && let Bsdf::Glass { ior, .. } = materials[reflector.material as usize].bsdf
+                && let Some(ball) = Ball::new(sphere, ior)
             {
                 balls.push((number as u32, ball));
             }
@@ -211,7 +214,7 @@ impl Reflector {
             Form::Curved(Curved {
                 points: spread(mesh, triangles),
                 one_sided: false,
-                sphere: Sphere::of(mesh, triangles),
+                sphere: None,
             })
         };
         let bsdf = &materials[material as usize].bsdf;

@@ -65,10 +65,9 @@ impl Reflectors {
 }
 
 impl Curved {
-    /// Of a sphere seen from outside, a point on the way to where it reflects `target`.
+    /// Of a sphere, a point on the way to where it reflects `target`.
     fn exact(&self, from: Vec3, target: &Target) -> Option<Vec3> {
-        let sphere = self.sphere.filter(|_| self.one_sided)?;
-        Some(from + sphere.reflected(from, target)?)
+        Some(from + self.sphere?.reflected(from, target)?)
     }
 
     /// The point at which the half vector of the ways to `from` and to `target` is the nearest to the normal.

@@ -81,7 +81,7 @@ pub struct Curved {
     pub points: Vec<(Vec3, Vec3)>,
     /// Whether it is seen on the side of the normals alone.
     one_sided: bool,
-    /// The sphere that it is, or a part of it.
+    /// The sphere that it is, or a part of it, seen from outside.
     sphere: Option<Sphere>,
 }
 
