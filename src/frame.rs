@@ -14,6 +14,9 @@ pub struct Frame<F = f32> {
     pub n: Vector<F>,
 }
 
+/// Where the tangents jump: at this `z` of the normal.
+const SEAM: f32 = -0.9;
+
 impl<F: Float> Frame<F> {
     /// The frame of the unit vector `n` (Frisvad 2012).
     ///
@@ -23,13 +26,29 @@ impl<F: Float> Frame<F> {
     #[inline(always)]
     pub fn new(n: Vector<F>) -> Self {
         let one = F::ONE;
-        let sign = F::select(n.z.below(F::splat(-0.9)), -one, one);
+        let sign = F::select(n.z.below(F::splat(SEAM)), -one, one);
         let a = -one / (sign + n.z);
         let b = n.x * n.y * a;
         Self {
             s: Vector::new(one + sign * n.x * n.x * a, sign * b, -sign * n.x),
             t: Vector::new(b, sign + n.y * n.y * a, -n.y),
             n,
+        }
+    }
+
+    /// How the axes change when the normal changes by `by`.
+    #[inline(always)]
+    pub fn change(&self, by: Vector<F>) -> Self {
+        let (n, one) = (self.n, F::ONE);
+        let sign = F::select(n.z.below(F::splat(SEAM)), -one, one);
+        let a = -one / (sign + n.z);
+        let a_by = a * a * by.z;
+        let b_by = (by.x * n.y + n.x * by.y) * a + n.x * n.y * a_by;
+        let square = |x: F, x_by: F| (x + x) * x_by * a + x * x * a_by;
+        Self {
+            s: Vector::new(sign * square(n.x, by.x), sign * b_by, -sign * by.x),
+            t: Vector::new(b_by, square(n.y, by.y), -by.y),
+            n: by,
         }
     }
 
@@ -74,6 +93,29 @@ mod tests {
             let lanes = Frame::new(ns);
             prop_assert_eq!(lanes.to_world(vs).lane(5), f.to_world(v.into()).into());
             prop_assert_eq!(lanes.to_local(vs).lane(6), f.to_local(v.into()).into());
+        }
+    }
+
+    #[test]
+    fn frames_change_as_they_do_numerically() {
+        let step = 1e-3;
+        for n in [[0.6, 0.8, 0.1], [0.2, -0.3, 0.9], [-0.1, 0.2, -0.98]] {
+            let n = Vec3::from_array(n).normalize();
+            let frame = Frame::<f32>::new(n.into());
+            let (a, b) = n.any_orthonormal_pair();
+            for across in [a, b] {
+                let at = |step: f32| Frame::<f32>::new((n + across * step).normalize().into());
+                let (there, here) = (at(step), at(-step));
+                let change = frame.change(across.into());
+                for (a, b, c) in [
+                    (there.s, here.s, change.s),
+                    (there.t, here.t, change.t),
+                    (there.n, here.n, change.n),
+                ] {
+                    let numeric = Vec3::from(a - b) / (2.0 * step);
+                    assert!((numeric - Vec3::from(c)).length() < 2e-3, "{n}");
+                }
+            }
         }
     }
 

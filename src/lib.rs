@@ -20,7 +20,7 @@
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
 //! | [`vertex`] | What a ray met, ready for scattering and shifting. | lanes, frame, geometry, bsdf, scene, trace |
 //! | [`shift`] | How an offset path follows its base path. | lanes, frame, geometry, bsdf, scene, vertex |
-//! | [`manifold`] | Chains of single directions from a rough vertex to a light. | lanes, geometry, bsdf, scene, trace, vertex |
+//! | [`manifold`] | Chains of single directions from a rough vertex to a light. | lanes, frame, geometry, bsdf, scene, trace, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
 //! | [`path`] | Base and offset paths of a tile, traced together. | lanes, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, manifold, gradient, sums |

@@ -44,6 +44,8 @@ pub enum Dimension {
     Bsdf(u32),
     /// Light sampling through mirrors at vertex k ≥ 1: the light (0), the point on it (1, 2), the mirror (3).
     Mirrored(u32),
+    /// And of a mirror that is a little rough: the normal of the microfacet (0, 1).
+    Microfacet(u32),
 }
 
 /// The random numbers of one sample of one pixel.
@@ -111,18 +113,16 @@ impl Dimension {
     /// dimensions again under another scramble ("padding").
     #[inline]
     fn set(self) -> (u32, u32) {
-        let set = match self {
-            Dimension::Pixel => 0,
-            Dimension::Light(k) => 2 * k - 1,
-            Dimension::Bsdf(k) => 2 * k,
-            // Under a scramble of its own.
-            Dimension::Mirrored(k) => 2 * k - 1,
+        // Those of mirrors under a scramble of their own.
+        let (set, apart) = match self {
+            Dimension::Pixel => (0, 0),
+            Dimension::Light(k) => (2 * k - 1, 0),
+            Dimension::Bsdf(k) => (2 * k, 0),
+            Dimension::Mirrored(k) => (2 * k - 1, 0x85eb_ca6b),
+            Dimension::Microfacet(k) => (2 * k, 0x85eb_ca6b),
         };
         let round = set / NUM_DIMENSION_SETS_4D;
-        let mut padding = round.wrapping_mul(0x9e37_79b9);
-        if matches!(self, Dimension::Mirrored(_)) {
-            padding = padding.wrapping_add(0x85eb_ca6b);
-        }
+        let padding = round.wrapping_mul(0x9e37_79b9).wrapping_add(apart);
         (set % NUM_DIMENSION_SETS_4D, padding)
     }
 }

@@ -40,6 +40,15 @@ pub fn visible_density<F: Float>(wo: Vector<F>, h: Vector<F>, alpha: F) -> F {
     masking(wo, alpha) * density(h, alpha) * wo.dot(h).larger(F::ZERO) / wo.z
 }
 
+/// A normal of any microfacet, unit, `z` > 0, by projected area: its density is [`density`] times `z`.
+#[inline(always)]
+pub fn sample_any<F: Float>(alpha: F, u: [F; 2]) -> Vector<F> {
+    let [x, y] = warp::disk(u);
+    // The squared sine on the disk is that of a GGX of alpha 1; its slopes scale with alpha.
+    let z = (F::ONE - (x * x + y * y)).larger(F::splat(1e-6)).root();
+    Vector::new(alpha * x, alpha * y, z).normalize()
+}
+
 /// A normal visible from `wo`, unit, `z` > 0.
 #[inline(always)]
 pub fn sample<F: Float>(wo: Vector<F>, alpha: F, u: [F; 2]) -> Vector<F> {

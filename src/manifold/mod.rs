@@ -113,7 +113,10 @@ impl Walks {
                 let may = scene.reflectors.may_pass(start.position, &target);
                 may.then(there)
             }
-            Through::Mirrors(by) => scene.reflectors.guess(&by, start.position, &target),
+            Through::Mirrors(_) | Through::Microfacet(..) => {
+                let by = through.mirrors();
+                scene.reflectors.guess(&by, start.position, &target)
+            }
             Through::Ball(reflector, branch) => {
                 let ball = scene.reflectors.ball(reflector);
                 ball.and_then(|ball| ball.guess(branch, start.position, &target))

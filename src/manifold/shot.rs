@@ -1,7 +1,8 @@
 //! A ray through mirrors and glass, with its derivatives by the direction in which it left (Igehy 1999).
 
 use super::{Failure, Start, trail};
-use crate::bsdf::{Bsdf, Lobe, fresnel};
+use crate::bsdf::{Bsdf, Eval, Lobe, fresnel};
+use crate::frame::Frame;
 use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::Vector;
 use crate::scene::Scene;
@@ -28,6 +29,8 @@ pub(super) struct Shot {
     pub(super) probability: f32,
     /// How much of the bend at glass it is given, in (0, 1]; all of it is what glass does.
     pub(super) bend: f32,
+    /// The local normal of the microfacet that reflects it where the surface is a little rough.
+    microfacet: Option<Vec3>,
     /// Where it has been: vertices, and those of them that have reflected it.
     pub(super) vertices: u32,
     pub(super) reflections: u32,
@@ -35,7 +38,7 @@ pub(super) struct Shot {
 }
 
 impl Shot {
-    pub(super) fn new(start: &Start, wi: Vec3) -> Self {
+    pub(super) fn new(start: &Start, wi: Vec3, microfacet: Option<Vec3>) -> Self {
         let (a, b) = wi.any_orthonormal_pair();
         Self {
             wi,
@@ -49,6 +52,7 @@ impl Shot {
             factor: Vec3::ONE,
             probability: 1.0,
             bend: 1.0,
+            microfacet,
             vertices: 0,
             reflections: 0,
             trail: 0,
@@ -111,12 +115,6 @@ impl Shot {
         }
         let bsdf = vertex.bsdf(scene);
         let local = Vec3::new((1.0 - cos_o * cos_o).max(0.0).sqrt(), 0.0, cos_o);
-        let (value, pdf) = match bsdf.eval_delta(local, lobe) {
-            Some(eval) => (eval.value, eval.pdf),
-            // On the way to all of the bend it does not count.
-            None if self.bend < 1.0 => (Vec3::ZERO, 0.0),
-            None => return Err(Failure::Reflected),
-        };
 
         // Where the ray meets the plane of the triangle when it is turned, and how the normal changes there.
         let per_cos = 1.0 / d.dot(vertex.ng);
@@ -133,10 +131,25 @@ impl Shot {
             [Vec3::ZERO; 2]
         };
 
-        // The direction, and how it changes. The normal on the side of `wo`.
+        // What it is reflected by, or passes: the surface, on the side of `wo`, or a microfacet.
         let side = 1f32.copysign(cos_o);
-        let (n, bent) = (normal * side, bent.map(|b| b * side));
-        let cos = cos_o.abs();
+        let is_rough = matches!(bsdf, Bsdf::Conductor { .. });
+        let microfacet = self.microfacet.filter(|_| is_rough);
+        let (n, bent) = match microfacet {
+            None => (normal * side, bent.map(|b| b * side)),
+            Some(h) => {
+                let frame = Frame::<f32>::new(normal.into());
+                let h = Vec3::new(h.x, h.y, h.z * side).into();
+                let turn = |b: Vec3| Vec3::from(frame.change(b.into()).to_world(h));
+                (Vec3::from(frame.to_world(h)), bent.map(turn))
+            }
+        };
+        let cos = wo.dot(n);
+        if cos <= 0.0 {
+            return Err(Failure::Missed);
+        }
+
+        // The direction, and how it changes.
         // Derivatives of cos = -d·n.
         let cos_change = |i: usize| -(self.turned[i].dot(n) + d.dot(bent[i]));
         let (direction, turned) = match (lobe, &bsdf) {
@@ -173,6 +186,28 @@ impl Shot {
         if !(on_side && vertex.ng.dot(direction) * cos_i > 0.0) {
             return Err(Failure::Missed);
         }
+
+        // The coefficient and the probability; per solid angle of the microfacet's normal, if it is one.
+        let eval = match microfacet {
+            None => bsdf.eval_delta(local, lobe),
+            Some(_) => {
+                let frame = Frame::<f32>::new(normal.into());
+                let local = |v: Vec3| frame.to_local(v.into()).into();
+                let eval = bsdf.eval(local(wo), local(direction));
+                let per_normal = 4.0 * cos;
+                eval.map(|eval| Eval {
+                    value: eval.value * per_normal,
+                    pdf: eval.pdf * per_normal,
+                })
+            }
+        };
+        let (value, pdf) = match eval {
+            Some(eval) => (eval.value, eval.pdf),
+            // On the way to all of the bend it does not count.
+            None if self.bend < 1.0 => (Vec3::ZERO, 0.0),
+            None => return Err(Failure::Reflected),
+        };
+
         self.vertices += 1;
         self.reflections += u32::from(lobe == Lobe::Reflection);
         self.trail = trail(self.trail, hit.triangle);

@@ -64,7 +64,7 @@ impl Walk {
             start,
             target,
             through,
-            shot: Shot::new(&start, guess.unwrap_or(Vec3::X)),
+            shot: Shot::new(&start, guess.unwrap_or(Vec3::X), through.microfacet()),
             best: None,
             share: 1.0,
             bent: (0.0, guess.unwrap_or(Vec3::X)),
@@ -80,10 +80,11 @@ impl Walk {
     pub(super) fn advance(&mut self, scene: &Scene, hit: Option<Hit>) -> bool {
         self.rays += 1;
         let through = self.through;
-        let outcome = match &through {
-            Through::Passage => self.go(scene, hit, &[]),
-            Through::Mirrors(by) => self.go(scene, hit, by.numbers()),
-            Through::Ball(ball, branch) => self.go_through(scene, hit, (*ball, *branch)),
+        let outcome = match through {
+            Through::Ball(ball, branch) => self.go_through(scene, hit, (ball, branch)),
+            Through::Passage | Through::Mirrors(_) | Through::Microfacet(..) => {
+                self.go(scene, hit, through.mirrors().numbers())
+            }
         };
         match outcome {
             Outcome::On => true,
@@ -249,11 +250,8 @@ impl Walk {
 
     /// Where it begins again, once.
     fn other_guess(&self, scene: &Scene) -> Option<Vec3> {
-        let Through::Mirrors(by) = &self.through else {
-            return None;
-        };
         let (reflectors, from) = (&scene.reflectors, self.start.position);
-        let other = || reflectors.other_guess(by, from, &self.target);
+        let other = || reflectors.other_guess(&self.through.mirrors(), from, &self.target);
         (!self.again).then(other)?
     }
 
@@ -264,7 +262,8 @@ impl Walk {
     }
 
     fn shoot(&mut self, bend: f32, wi: Vec3) -> bool {
-        self.shot = Shot::new(&self.start, wi.normalize());
+        let microfacet = self.through.microfacet();
+        self.shot = Shot::new(&self.start, wi.normalize(), microfacet);
         self.shot.bend = bend;
         self.shots += 1;
         true

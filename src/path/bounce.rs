@@ -2,6 +2,7 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
+use super::chain::by_microfacets;
 use super::copied::CopiedChain;
 use super::link::{light_end, start};
 use super::manifold::{Found, Kept};
@@ -153,16 +154,22 @@ impl<const N: usize> BasePaths<N> {
                 let ScatteringX8 {
                     delta, transmits, ..
                 } = flight.scattering;
-                for lane in lanes_of(block.in_chain() & flight.alive & delta) {
+                let by_microfacets = by_microfacets(&block.vertices, &flight.scattering);
+                let by_microfacets = by_microfacets & flight.alive;
+                let single = delta & flight.alive;
+                for lane in lanes_of(block.in_chain() & (single | by_microfacets)) {
                     let at = block.chain[lane];
                     if let Some(chain) = self.chains.get(at) {
                         let copies = self.copies[at as usize].iter_mut();
                         copies.for_each(|copy| copy.scatter(chain, transmits >> lane & 1 == 1));
                     }
                 }
+                let event = (&block.vertices, &flight.scattering);
                 self.chains
-                    .scatter_all(scene, &mut block.chain, &flight.scattering, flight.alive);
-                block.kinds.scatter(rough, flight.alive & delta, transmits);
+                    .scatter_all(scene, &mut block.chain, event, flight.alive);
+                block
+                    .kinds
+                    .scatter(rough, single, transmits, by_microfacets);
             }
             let left = Left {
                 from: block.vertices.position,

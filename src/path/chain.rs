@@ -6,7 +6,7 @@ use crate::manifold::{Link, Start, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::{Inside, Sequence, Target};
 use crate::trace::rays::HitsX8;
-use crate::vertex::ScatteringX8;
+use crate::vertex::{ScatteringX8, VerticesX8};
 use glam::Vec3;
 
 /// In place of the number of a chain: none.
@@ -40,12 +40,45 @@ enum Gone {
     Passing,
     /// By reflections at these, and through what does not focus.
     Mirrors(Sequence),
+    /// By a microfacet of this one, and through what does not focus.
+    Microfacet(u32, Vec3),
     /// Into this ball of glass.
     Into(u32),
     /// And reflected inside.
     Back(u32),
     /// And out of it.
     OutOf(u32, Inside),
+}
+
+/// How a path has gone on from a surface of class specular.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Event {
+    /// Passing, in a single direction.
+    Passed,
+    /// Reflected in a single direction.
+    Reflected,
+    /// Reflected by a microfacet with this local normal, `z` > 0.
+    ByMicrofacet(Vec3),
+}
+
+impl Event {
+    /// That in a lane; `None` where it spreads light, or passes through what does.
+    pub(super) fn of(x: &VerticesX8, scattering: &ScatteringX8, lane: usize) -> Option<Self> {
+        let is = |lanes: u32| lanes >> lane & 1 == 1;
+        match (is(scattering.delta), is(scattering.transmits)) {
+            (true, true) => Some(Self::Passed),
+            (true, false) => Some(Self::Reflected),
+            (false, false) if !is(x.rough) => {
+                Some(Self::ByMicrofacet(x.microfacet(scattering, lane)))
+            }
+            (false, _) => None,
+        }
+    }
+}
+
+/// The lanes in which paths have been reflected by microfacets of surfaces of class specular.
+pub(super) fn by_microfacets(x: &VerticesX8, scattering: &ScatteringX8) -> u32 {
+    !(x.rough | scattering.delta | scattering.transmits)
 }
 
 /// The chains of the paths of a tile.
@@ -61,6 +94,7 @@ impl Chain {
             Gone::Nowhere | Gone::Into(_) | Gone::Back(_) => None,
             Gone::Passing => Some(Through::Passage),
             Gone::Mirrors(by) => Some(Through::Mirrors(by)),
+            Gone::Microfacet(reflector, normal) => Some(Through::Microfacet(reflector, normal)),
             Gone::OutOf(reflector, inside) => {
                 let ball = scene.reflectors.ball(reflector)?;
                 let branch = ball.branch(inside, self.start.position, self.wi, target);
@@ -130,8 +164,8 @@ impl Chains {
         self.list.get_mut(at as usize)
     }
 
-    /// Goes on from where the chain is, in a single direction; the chain then, if a walk could find it.
-    pub(super) fn scatter(&mut self, scene: &Scene, at: u32, transmits: bool) -> u32 {
+    /// Goes on from where the chain is; the chain then, if a walk could find it.
+    pub(super) fn scatter(&mut self, scene: &Scene, at: u32, event: Event) -> u32 {
         let Some(chain) = self.get_mut(at) else {
             return NONE;
         };
@@ -139,40 +173,50 @@ impl Chains {
             return NONE;
         };
         let focuses = scene.reflectors.focuses(reflector);
-        chain.gone = match (chain.gone, transmits) {
-            (Gone::Nowhere | Gone::Passing, true) if !focuses => Gone::Passing,
-            (Gone::Nowhere, true) if scene.reflectors.ball(reflector).is_some() => {
+        chain.gone = match (chain.gone, event) {
+            (Gone::Nowhere | Gone::Passing, Event::Passed) if !focuses => Gone::Passing,
+            (Gone::Nowhere, Event::Passed) if scene.reflectors.ball(reflector).is_some() => {
                 Gone::Into(reflector)
             }
-            (Gone::Into(ball), true) if ball == reflector => Gone::OutOf(ball, Inside::Passes),
-            (Gone::Into(ball), false) if ball == reflector => Gone::Back(ball),
-            (Gone::Back(ball), true) if ball == reflector => Gone::OutOf(ball, Inside::Reflected),
-            (Gone::Mirrors(by), true) if !focuses => Gone::Mirrors(by),
-            (Gone::Nowhere | Gone::Passing, false) => Gone::Mirrors(Sequence::of(reflector)),
-            (Gone::Mirrors(so_far), false) => match so_far.and(reflector) {
+            (Gone::Into(ball), Event::Passed) if ball == reflector => {
+                Gone::OutOf(ball, Inside::Passes)
+            }
+            (Gone::Into(ball), Event::Reflected) if ball == reflector => Gone::Back(ball),
+            (Gone::Back(ball), Event::Passed) if ball == reflector => {
+                Gone::OutOf(ball, Inside::Reflected)
+            }
+            (so_far @ (Gone::Mirrors(_) | Gone::Microfacet(..)), Event::Passed) if !focuses => {
+                so_far
+            }
+            (Gone::Nowhere | Gone::Passing, Event::Reflected) => {
+                Gone::Mirrors(Sequence::of(reflector))
+            }
+            (Gone::Mirrors(so_far), Event::Reflected) => match so_far.and(reflector) {
                 Some(by) => Gone::Mirrors(by),
                 None => return NONE,
             },
+            (Gone::Nowhere | Gone::Passing, Event::ByMicrofacet(normal)) => {
+                Gone::Microfacet(reflector, normal)
+            }
             _ => return NONE,
         };
         chain.trail = trail(chain.trail, chain.triangle);
         at
     }
 
-    /// [`Chains::scatter`] in the lanes `alive`; elsewhere there are no more chains.
+    /// [`Chains::scatter`] in the lanes `alive`, from `x`; elsewhere there are no more chains.
     pub(super) fn scatter_all(
         &mut self,
         scene: &Scene,
         at: &mut [u32; LANES],
-        scattering: &ScatteringX8,
+        (x, scattering): (&VerticesX8, &ScatteringX8),
         alive: u32,
     ) {
         for (lane, at) in at.iter_mut().enumerate() {
-            let single = alive & scattering.delta;
-            *at = if *at != NONE && single >> lane & 1 == 1 {
-                self.scatter(scene, *at, scattering.transmits >> lane & 1 == 1)
-            } else {
-                NONE
+            let goes_on = *at != NONE && alive >> lane & 1 == 1;
+            *at = match goes_on.then(|| Event::of(x, scattering, lane)) {
+                Some(Some(event)) => self.scatter(scene, *at, event),
+                _ => NONE,
             };
         }
     }

@@ -39,7 +39,7 @@ impl CopiedChain {
         end: None,
     };
 
-    /// Goes on as the chain `of` does.
+    /// Goes on as the chain `of` does. The normal of its microfacet, if it has one, is that of the base path's: copied.
     pub(super) fn scatter(&mut self, of: &Chain, transmits: bool) {
         self.trail = trail(self.trail, self.triangle);
         self.by_others |= !transmits && self.reflector != of.reflector();
@@ -70,7 +70,7 @@ impl CopiedChain {
                 let branch = ball.branch(branch.inside, start, self.wi, &end);
                 Through::Ball(reflector, branch)
             }
-            Through::Passage | Through::Mirrors(_) => way,
+            Through::Passage | Through::Mirrors(_) | Through::Microfacet(..) => way,
         };
         Some((end, through))
     }
@@ -82,7 +82,7 @@ impl CopiedChain {
 }
 
 /// The kinds of chains that began at the last rough vertices, and of the chains of offset paths that copy them. Those
-/// with up to four reflections, all of whose passages are through what does not focus, or through a ball of glass alone,
+/// with up to four reflections, or one by a microfacet, all of whose passages are through what does not focus, or through a ball of glass alone,
 /// a walk may find.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kinds<const N: usize> {
@@ -160,21 +160,23 @@ impl<const N: usize> Kinds<N> {
         }
     }
 
-    /// The base paths have scattered: those that `begin` leave rough vertices, the others in `single` directions, of
-    /// which some transmit.
-    pub(super) fn scatter(&mut self, begin: u32, single: u32, transmits: u32) {
+    /// The base paths have scattered: those that `begin` leave rough vertices, others in `single` directions, of
+    /// which some transmit, or by microfacets.
+    pub(super) fn scatter(&mut self, begin: u32, single: u32, transmits: u32, by_microfacets: u32) {
         let reflected = self.passing & self.passed & single & !transmits;
         let at_ball = |lane: usize| self.balls[lane] != NONE;
         self.reflected_in =
             self.reflected_in & single & transmits | lanes_where(reflected, at_ball);
         self.passing = begin | self.passing & single & transmits;
         self.passed = self.passing & !begin;
-        self.single = begin | self.single & single;
+        self.single = begin | self.single & (single | by_microfacets);
         for lane in lanes_of(begin) {
             self.reflections[lane] = 0;
         }
         for lane in lanes_of(self.single & !begin & !transmits) {
-            self.reflections[lane] += 1;
+            // Microfacets reflect alone.
+            let alone = by_microfacets >> lane & 1 == 1;
+            self.reflections[lane] += if alone { Sequence::MOST as u8 } else { 1 };
             if usize::from(self.reflections[lane]) > Sequence::MOST {
                 self.single &= !(1 << lane);
             }

@@ -2,13 +2,14 @@
 //! bring, in lanes.
 
 use super::Context;
+use crate::bsdf::ggx;
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, lanes_where, mask_of, positive};
 use crate::manifold::{Start, Through, Walks};
 use crate::sampler::{self, Dimension, Sampler};
 use crate::scene::Scene;
 use crate::scene::light::Source;
 use crate::scene::light_sample::{LightEnd, LightSamplesX8};
-use crate::scene::reflectors::{Branch, Choice, Target, Targets};
+use crate::scene::reflectors::{Branch, Choice, Sequence, Target, Targets};
 use crate::trace::rays::HitsX8;
 use crate::vertex::{Interaction, VerticesX8};
 use wide::f32x8;
@@ -46,11 +47,12 @@ fn targets(light: &LightSamplesX8) -> Targets<f32x8> {
     }
 }
 
-/// Ways to samples of light by mirrors from the vertices in `lanes`, where they are tried, and the probabilities
+/// Ways to samples of light by mirrors from the vertices x_k in `lanes`, where they are tried, and the probabilities
 /// P(σ) of that; with `u` in [0, 1).
 pub(super) fn by_mirrors(
     context: Context,
-    from: Vec3x8,
+    (from, k): (Vec3x8, u32),
+    samplers: &[Sampler; LANES],
     light: &LightSamplesX8,
     lanes: u32,
     u: f32x8,
@@ -59,9 +61,43 @@ pub(super) fn by_mirrors(
     let targets = targets(light);
     let reflectors = &context.scene.reflectors;
     let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
-    let probability = probability * f32x8::splat(context.tried());
-    let way = |lane: usize| Some((light.lane(lane)?, Through::Mirrors(by[lane]?)));
-    (std::array::from_fn(way), probability)
+    let mut probability = probability * f32x8::splat(context.tried());
+    let mut ways = [None; LANES];
+    for lane in lanes_of(lanes) {
+        let (Some(end), Some(by)) = (light.lane(lane), by[lane]) else {
+            continue;
+        };
+        let mut through = Through::Mirrors(by);
+        if let Some((reflector, alpha)) = rough(context.scene, &by) {
+            let [u0, u1, ..] = samplers[lane].draw(Dimension::Microfacet(k));
+            through = Through::Microfacet(reflector, ggx::sample_any(alpha, [u0, u1]).into());
+            let density = probability.lane(lane) * of_microfacet(context.scene, &through);
+            probability.set_lane(lane, density);
+        }
+        ways[lane] = Some((end, through));
+    }
+    (ways, probability)
+}
+
+/// The reflector of a sequence that is a little rough, which is there alone, and its alpha.
+fn rough(scene: &Scene, by: &Sequence) -> Option<(u32, f32)> {
+    let &[reflector] = by.numbers() else {
+        return None;
+    };
+    let alpha = scene.reflectors.alpha(reflector);
+    (alpha > 0.0).then_some((reflector, alpha))
+}
+
+/// The density, per solid angle, of the normal of the microfacet that reflects, 1 where there is none: any of the
+/// reflector, seen straight from above.
+fn of_microfacet(scene: &Scene, through: &Through) -> f32 {
+    match *through {
+        Through::Microfacet(reflector, normal) => {
+            let alpha = scene.reflectors.alpha(reflector);
+            normal.z * ggx::density::<f32>(normal.into(), alpha)
+        }
+        Through::Passage | Through::Mirrors(_) | Through::Ball(..) => 1.0,
+    }
 }
 
 /// The lanes of those `unseen` from which straight ways on through glass are tried, at x_k.
@@ -124,22 +160,29 @@ pub(super) fn by_balls(
     }
 }
 
-/// The probabilities P(σ) of trying these ways from the points `from`.
+/// The probabilities P(σ) of trying these ways from the points `from`: of those by microfacets densities, in the
+/// measure of their normals.
 pub(super) fn probability(context: Context, from: Vec3x8, ways: &Ways) -> f32x8 {
     let reflectors = &context.scene.reflectors;
     let targets = || Targets::gather(|lane| ways[lane].as_ref().map(|(end, _)| end.target));
     // Straight on.
     let mut probability = f32x8::splat(context.shares.passages);
-    let mirrors = ways.map(|way| match way {
-        Some((_, Through::Mirrors(by))) => Some(by),
-        _ => None,
+    let mirrors = ways.map(|way| {
+        let by = way?.1.mirrors();
+        (!by.numbers().is_empty()).then_some(by)
     });
     if mirrors.iter().any(Option::is_some) {
         let by_mirrors = reflectors.probability(&mirrors, from, &targets(), context.always());
         let lanes = (0..LANES).fold(0, |bits, lane| {
             bits | u32::from(mirrors[lane].is_some()) << lane
         });
-        let by_mirrors = by_mirrors * f32x8::splat(context.tried());
+        let mut by_mirrors = by_mirrors * f32x8::splat(context.tried());
+        for (lane, way) in ways.iter().enumerate() {
+            if let Some((_, through @ Through::Microfacet(..))) = way {
+                let density = by_mirrors.lane(lane) * of_microfacet(context.scene, through);
+                by_mirrors.set_lane(lane, density);
+            }
+        }
         probability = mask_of(lanes).select(by_mirrors, probability);
     }
     for &(reflector, ball) in reflectors.balls() {
@@ -188,7 +231,7 @@ pub(super) struct LinksX8 {
     pub(super) arriving: Vec3x8,
     /// The probabilities of the lobes, and 𝒢.
     pub(super) per_pdf: f32x8,
-    /// The densities p_L P(σ).
+    /// The densities p_L P(σ), see [`probability`].
     pub(super) by_walk: f32x8,
     /// The lanes with a chain that is no longer than paths may be.
     pub(super) valid: u32,

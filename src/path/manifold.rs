@@ -150,7 +150,8 @@ impl<const N: usize> BasePaths<N> {
             }
             let [u0, u1, u2, u3] = self.numbers[index];
             let light = scene.sample_lights::<false>(x.position, tried, [u0, u1, u2]);
-            let (ways, probability) = by_mirrors(context, x.position, &light, tried, u3);
+            let from = (x.position, k);
+            let (ways, probability) = by_mirrors(context, from, &block.samplers, &light, tried, u3);
             let request = Request::begin(&mut requests, (index as u32, None), k);
             for lane in lanes_of(tried) {
                 request.ask(scene, &mut self.walks, x, lane, ways[lane]);
@@ -215,6 +216,11 @@ impl<const N: usize> BasePaths<N> {
                 Some((_, Through::Mirrors(by))) => {
                     let names: Vec<&str> = by.numbers().iter().map(name).collect();
                     format!("by {}", names.join(" and "))
+                }
+                Some((_, Through::Microfacet(reflector, normal))) => {
+                    let angle = normal.x.hypot(normal.y).atan2(normal.z).to_degrees();
+                    let of = name(&reflector);
+                    format!("by a microfacet of {of}, turned by {angle:.2}°")
                 }
                 Some((_, Through::Ball(reflector, branch))) => {
                     format!(

@@ -3,7 +3,7 @@
 //! that end on a light leave gaps until the next time.
 
 use super::arrival::{Arrival, Left};
-use super::chain::{self, Chains};
+use super::chain::{self, Chains, Event};
 use super::light::{ConnectedX8, shadow_rays};
 use super::link::{self, LinksX8, Unseen, Way, light_end, start};
 use super::order::Order;
@@ -415,7 +415,7 @@ impl PlainPaths {
             let (from, lanes) = (request.vertices.position, first_lanes(tries.len()));
             let light = scene.sample_lights::<false>(from, lanes, [u0, u1, u2]);
             (request.ways, request.probability) =
-                link::by_mirrors(context, from, &light, lanes, u3);
+                link::by_mirrors(context, (from, k), &samplers, &light, lanes, u3);
             request.ask(context, &mut self.walks, k, lanes);
             if request.lanes != 0 {
                 self.requests.push(request);
@@ -489,9 +489,10 @@ impl PlainPaths {
                     flight.chain[to] = if rough >> lane & 1 == 1 {
                         let (wi, pdf) = (scattering.wi.lane(lane), scattering.pdf.as_array()[lane]);
                         self.chains.begin(start(x, lane, k), wi, pdf, 0)
-                    } else if scattering.delta >> lane & 1 == 1 {
-                        let transmits = scattering.transmits >> lane & 1 == 1;
-                        self.chains.scatter(scene, block.chain[lane], transmits)
+                    } else if block.chain[lane] != chain::NONE
+                        && let Some(event) = Event::of(x, &scattering, lane)
+                    {
+                        self.chains.scatter(scene, block.chain[lane], event)
                     } else {
                         chain::NONE
                     };

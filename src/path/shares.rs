@@ -170,7 +170,7 @@ struct Entry {
 fn kind(through: &Through) -> Option<usize> {
     match through {
         Through::Passage => Some(0),
-        Through::Mirrors(_) => Some(1),
+        Through::Mirrors(_) | Through::Microfacet(..) => Some(1),
         Through::Ball(..) => None,
     }
 }

@@ -4,10 +4,10 @@
 
 use super::{Interaction, Vertex};
 use crate::bsdf::packed::{Kind, Kinds, Packed, PackedParameters};
-use crate::bsdf::{Bsdf, Evals, Parameters, Samples, lambert};
+use crate::bsdf::{Bsdf, Evals, Parameters, Samples, half_vector, lambert};
 use crate::frame::Frame;
 use crate::geometry::{Site, offset_origin, segment};
-use crate::lanes::{Float, LANES, Vec3x8, copy_bit, lanes_of, mask_of, positive, set_bit};
+use crate::lanes::{Float, LANES, Vec3x8, Vector, copy_bit, lanes_of, mask_of, positive, set_bit};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
 use crate::trace::rays::{HitsX8, Ray};
@@ -542,6 +542,15 @@ impl VerticesX8 {
         let wo = frame.to_local(self.more.wo);
         let others = self.packed(scene).sample(wo, [u0, u1, u_lobe]);
         *sampled = Samples::select(mask_of(self.others), others, *sampled);
+    }
+
+    /// The local normal, unit, `z` > 0, of the microfacet that has reflected a path in a lane.
+    pub fn microfacet(&self, scattering: &ScatteringX8, lane: usize) -> Vec3 {
+        let frame = Frame::<f32>::new(self.normal.lane(lane).into());
+        let wo = frame.to_local(self.more.wo.lane(lane).into());
+        let wi = Vector::from(scattering.local_wi.lane(lane));
+        let (normal, _) = half_vector::from_directions(1.0, wo, wi);
+        normal.upwards().into()
     }
 
     /// Probability that a path goes on from here as its vertex x_k.

@@ -398,34 +398,48 @@ fn panes_sum_up_the_bounces_between_their_boundaries() {
     }
 }
 
+/// Whether normals that `sample` draws, with two numbers in [0, 1), have this density per solid angle.
+fn normals_follow(what: &str, density: impl Fn(Vec3) -> f32, sample: impl Fn([f32; 2]) -> Vec3) {
+    const N: usize = 200_000;
+    let density = integrate(|h| {
+        if h.z <= 0.0 {
+            0.0
+        } else {
+            f64::from(density(h))
+        }
+    });
+    let total: f64 = density.iter().sum();
+    assert!((total - 1.0).abs() < 0.01, "{what}: {total}");
+    let mut observed = vec![0.0; ROWS * COLUMNS];
+    let mut rng = Rng(1);
+    for _ in 0..N {
+        observed[bin(sample([rng.next(), rng.next()]))] += 1.0;
+    }
+    let expected: Vec<f64> = density.iter().map(|d| d * N as f64).collect();
+    chi_square(what, &observed, &expected, SIGNIFICANCE);
+}
+
 #[test]
 fn visible_normals_follow_their_density() {
-    const N: usize = 200_000;
     for alpha in [0.2, 0.5, 1.0] {
         for wo in outgoing().into_iter().filter(|w| w.z > 0.0) {
-            let density = integrate(|h| {
-                if h.z <= 0.0 {
-                    0.0
-                } else {
-                    f64::from(ggx::visible_density::<f32>(wo.into(), h.into(), alpha))
-                }
-            });
-            let total: f64 = density.iter().sum();
-            assert!((total - 1.0).abs() < 0.01, "alpha {alpha}: {total}");
-            let mut observed = vec![0.0; ROWS * COLUMNS];
-            let mut rng = Rng(1);
-            for _ in 0..N {
-                let h = ggx::sample::<f32>(wo.into(), alpha, [rng.next(), rng.next()]);
-                observed[bin(h.into())] += 1.0;
-            }
-            let expected: Vec<f64> = density.iter().map(|d| d * N as f64).collect();
-            chi_square(
+            normals_follow(
                 &format!("visible normals, alpha {alpha}"),
-                &observed,
-                &expected,
-                SIGNIFICANCE,
+                |h| ggx::visible_density::<f32>(wo.into(), h.into(), alpha),
+                |u| ggx::sample::<f32>(wo.into(), alpha, u).into(),
             );
         }
+    }
+}
+
+#[test]
+fn normals_of_any_microfacet_follow_their_density() {
+    for alpha in [0.1, 0.2, 0.5, 1.0] {
+        normals_follow(
+            &format!("normals, alpha {alpha}"),
+            |h| h.z * ggx::density::<f32>(h.into(), alpha),
+            |u| ggx::sample_any::<f32>(alpha, u).into(),
+        );
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::common::{
     self, Ball, Render, Rng, glass, lambert, level, light, mirror, sphere, tracer,
 };
-use crate::gradients::{SIZE, check, reference_at};
+use crate::gradients::{SIZE, check, check_walks, reference_at};
 use gdpt::gradient::Weights;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
@@ -18,6 +18,7 @@ const LAMP: usize = 1;
 const MIRROR: usize = 2;
 const GLASS: usize = 3;
 const BOARD: usize = 4;
+const METAL: usize = 5;
 
 /// A scene of these polygons and balls on a floor, below a lamp of half this width, seen from the front.
 fn scene(polygons: &[(Vec<[f32; 3]>, usize)], balls: &[Ball], lamp: f32) -> Scene {
@@ -56,10 +57,14 @@ fn scene_of(
         opacity: Some(0.4),
         ..Default::default()
     };
+    let metal = MtlMaterial {
+        pr: Some(0.09),
+        ..mirror()
+    };
     common::polygons_and_balls(
         &all,
         balls,
-        vec![lambert(0.6), light(3.0), mirror(), glass(1.5), board],
+        vec![lambert(0.6), light(3.0), mirror(), glass(1.5), board, metal],
         &settings,
     )
 }
@@ -77,6 +82,7 @@ fn agrees_in(name: &str, scene: &Scene, spp: u64) {
     for weights in [Weights::Mis, Weights::Symmetric] {
         check(name, weights, scene, &*tracer, &reference);
     }
+    check_walks(name, scene, &*tracer, &reference);
 }
 
 /// An upright rectangle that looks along `normal`, which is level.
@@ -164,6 +170,44 @@ fn light_that_a_ball_sends_back() {
     let all = [(wall, FLOOR), (lamp, LAMP)];
     let scene = scene_of(&all, &[ball], [0.9, 0.5, -0.65], [-0.5, 0.5, -1.0]);
     agrees_in("light sent back", &scene, 512);
+}
+
+/// A wall lit round a corner, by metal alone that is nearly smooth: by a ball of it, and by a plate, half of which is
+/// behind glass. A mirror beside them: by both together no walk leads.
+#[test]
+fn light_of_nearly_smooth_metal() {
+    let ball = Ball {
+        centre: Vec3::new(0.1, 0.3, 0.4),
+        radii: Vec3::splat(0.25),
+        level: 4,
+        smooth: true,
+        material: METAL,
+    };
+    let to_wall = |x: f32| Vec3::new(x, 0.0, -1.0).normalize();
+    let all = [
+        (
+            upright(Vec3::new(0.0, -0.5, -1.0), Vec3::Z, 2.0, 2.0),
+            FLOOR,
+        ),
+        (
+            upright(Vec3::new(-0.7, -0.5, -0.2), Vec3::Z, 0.7, 2.0),
+            FLOOR,
+        ),
+        (upright(Vec3::new(-1.2, 0.3, 0.3), Vec3::X, 0.16, 0.4), LAMP),
+        (
+            upright(Vec3::new(0.7, 0.3, 0.4), to_wall(-1.0), 0.3, 0.7),
+            METAL,
+        ),
+        (upright(Vec3::new(0.7, 0.0, 0.0), Vec3::Z, 0.3, 0.5), GLASS),
+        (
+            upright(Vec3::new(1.2, 0.2, 0.1), to_wall(-0.8), 0.2, 0.6),
+            MIRROR,
+        ),
+    ];
+    let scene = scene_of(&all, &[ball], [0.4, 0.5, -0.1], [0.5, 0.5, -1.0]);
+    let rough = scene.reflectors.list().iter().filter(|r| r.alpha > 0.0);
+    assert_eq!(rough.count(), 2);
+    agrees_in("nearly smooth metal", &scene, 512);
 }
 
 /// Two balls of glass that touch, one of them in the floor, beside an egg of glass, which is no ball: walks go through

@@ -175,7 +175,7 @@ scenes!(
 );
 
 /// Path tracing with walks at every vertex.
-fn check_walks(name: &str, scene: &Scene, tracer: &dyn Traverse, reference: &[Mean]) {
+pub(super) fn check_walks(name: &str, scene: &Scene, tracer: &dyn Traverse, reference: &[Mean]) {
     let always = Render {
         spp: 16,
         manifold: Manifold::Always,

@@ -2,13 +2,15 @@
 
 use crate::common::{Rng, cases, glass, mirror, polygons, shipped, sphere, tracer};
 use gdpt::error::Warnings;
+use gdpt::frame::Frame;
 use gdpt::lanes::{Float, Vec3x8};
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::obj::{NONE, ObjFile};
 use gdpt::manifold::{Failure, Link, Start, Through, Walks};
 use gdpt::scene::reflectors::{Branch, Form, Inside, Sequence, Target, Targets};
 use gdpt::scene::{Scene, SceneSettings};
-use gdpt::trace::Traverse;
+use gdpt::trace::rays::{ClosestBatch, Ray};
+use gdpt::trace::{RayKind, Traverse};
 use glam::Vec3;
 use proptest::prelude::*;
 use std::path::Path;
@@ -352,6 +354,42 @@ proptest! {
         let link = link.unwrap();
         prop_assert!(link.free && link.wi.distance((p - from).normalize()) < 4e-3, "{} {}", link.wi, p - from);
         let numeric = numeric_geometry((&scene, &*tracer), from, target, single(), 0.02);
+        prop_assume!(numeric.is_some());
+        let numeric = numeric.unwrap();
+        prop_assert!((link.geometry / numeric - 1.0).abs() < 0.1, "{} {}", link.geometry, numeric);
+    }
+
+    /// By a microfacet of a ball, seen from outside or from inside: the half vector is its normal, and 𝒢 as by a numeric
+    /// derivative.
+    #[test]
+    fn microfacets_reflect(
+        from in vector(-3.0, 3.0), to in vector(-3.0, 3.0), kind in 0u32..3, slopes in (-0.1f32..0.1, -0.1f32..0.1), inside in any::<bool>()
+    ) {
+        let metal = MtlMaterial { pr: Some(0.09), ..mirror() };
+        let scene = ball(metal, 5, true);
+        prop_assert!((scene.reflectors.alpha(0) - 0.0081).abs() < 1e-6);
+        let tracer = tracer(&scene);
+        let scale = if inside { 0.15 } else { 1.0 };
+        let (from, target) = (from * scale, beside_ball(to * scale, kind));
+        prop_assume!(inside == (from.length() < 1.0) && !(inside && kind == 0));
+        let normal = Vec3::new(slopes.0, slopes.1, 1.0).normalize();
+        let through = Through::Microfacet(0, normal);
+        let link = walk((&scene, &*tracer), from, target, through);
+        prop_assume!(link.is_ok());
+        let link = link.unwrap();
+        prop_assert_eq!(link.vertices, 1);
+        let mut rays = ClosestBatch::default();
+        rays.push(&Ray::without_end(from, link.wi));
+        tracer.closest(&mut rays, RayKind::Walk);
+        let hit = rays.hit(0).unwrap();
+        let ns = scene.mesh.point(hit.triangle, hit.u, hit.v).ns;
+        // Grazing, it would change much from triangle to triangle.
+        prop_assume!(ns.dot(link.wi).abs() > 0.3);
+        let half = (link.arrival - link.wi).normalize();
+        let local = Vec3::from(Frame::<f32>::new(ns.into()).to_local(half.into()));
+        let local = local.with_z(local.z.abs());
+        prop_assert!(local.distance(normal) < 5e-3, "{} {}", local, normal);
+        let numeric = numeric_geometry((&scene, &*tracer), from, target, through, 0.02 * scale);
         prop_assume!(numeric.is_some());
         let numeric = numeric.unwrap();
         prop_assert!((link.geometry / numeric - 1.0).abs() < 0.1, "{} {}", link.geometry, numeric);

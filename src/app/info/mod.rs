@@ -79,6 +79,8 @@ struct MaterialInfo {
 struct ReflectorInfo {
     material: String,
     form: &'static str,
+    /// GGX roughness.
+    alpha: f32,
     triangles: u32,
     area: f32,
 }
@@ -208,6 +210,7 @@ fn reflectors(scene: &Scene) -> Vec<ReflectorInfo> {
             Form::Curved(_) if scene.reflectors.ball(number).is_some() => "ball",
             Form::Curved(_) => "curved",
         },
+        alpha: r.alpha,
         triangles: r.triangles,
         area: r.area,
     });

@@ -60,7 +60,10 @@ pub(super) fn of(info: &Info) -> String {
     }
     let mut kinds: Vec<(String, usize)> = Vec::new();
     for r in &info.reflectors {
-        let kind = format!("{} of {}", r.form, r.material);
+        let mut kind = format!("{} of {}", r.form, r.material);
+        if r.alpha > 0.0 {
+            kind += &format!(" (alpha {:.4})", r.alpha);
+        }
         match kinds.iter_mut().find(|(k, _)| *k == kind) {
             Some((_, count)) => *count += 1,
             None => kinds.push((kind, 1)),

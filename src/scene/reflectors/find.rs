@@ -21,21 +21,18 @@ const LEVEL: f32 = 1.0 - 1e-6;
 impl Reflectors {
     /// The reflectors among the triangles of `mesh`.
     pub fn new(mesh: &Mesh, materials: &[Material]) -> Self {
-        let single: Vec<bool> = materials.iter().map(is_single).collect();
-        let triangles = 0..mesh.triangles.len() as u32;
-        let is_one = |&t: &u32| single[mesh.material_of[t as usize] as usize];
-        let members: Vec<u32> = triangles.filter(is_one).collect();
+        let of_them = |is: fn(&Material) -> bool| -> Vec<u32> {
+            let are: Vec<bool> = materials.iter().map(is).collect();
+            let triangles = 0..mesh.triangles.len() as u32;
+            triangles
+                .filter(|&t| are[mesh.material_of[t as usize] as usize])
+                .collect()
+        };
+        let members = of_them(|m| is_single(m) || is_nearly_single(m));
         if members.is_empty() {
             return Self::default();
         }
-        let has_relief = |&t: &u32| {
-            let material = &materials[mesh.material_of[t as usize] as usize];
-            material
-                .textures
-                .as_ref()
-                .is_some_and(|t| t.relief.is_some())
-        };
-        if let Some(&t) = members.iter().find(|t| has_relief(t)) {
+        if let Some(&t) = of_them(|m| is_single(m) && has_relief(m)).first() {
             let name = &materials[mesh.material_of[t as usize] as usize].name;
             return Self {
                 hindrance: Some(format!("'{name}' has relief")),
@@ -133,6 +130,7 @@ impl Reflectors {
         for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
             if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
                 && a != b
+                && list[a].alpha.max(list[b].alpha) == 0.0
                 && p.is_seen_from(&list[b].bounds)
                 && q.is_seen_from(&list[a].bounds)
             {
@@ -227,6 +225,10 @@ impl Reflector {
             material,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             is_across: false,
+            alpha: match *bsdf {
+                Bsdf::Conductor { alpha, .. } => alpha,
+                _ => 0.0,
+            },
             triangles: triangles.len() as u32,
             area: triangles.iter().map(|&t| mesh.area(t)).sum(),
             form,
@@ -329,6 +331,20 @@ fn is_single(material: &Material) -> bool {
         Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. }
     );
     smooth && material.class == Class::Specular && material.emission.is_none()
+}
+
+/// Whether it is metal that spreads light so little that directions are nearly single ones: everywhere as little.
+fn is_nearly_single(material: &Material) -> bool {
+    let textures = material.textures.as_ref();
+    matches!(material.bsdf, Bsdf::Conductor { .. })
+        && material.class == Class::Specular
+        && material.emission.is_none()
+        && textures.is_none_or(|t| t.roughness.is_none() && t.relief.is_none())
+}
+
+fn has_relief(material: &Material) -> bool {
+    let textures = material.textures.as_ref();
+    textures.is_some_and(|t| t.relief.is_some())
 }
 
 /// Whether a triangle is shaded as flat, or nearly so.

@@ -1,5 +1,5 @@
-//! Surfaces that send light on in single directions: mirrors, smooth glass and panes. Through them light reaches
-//! surfaces on which light sampling alone would see nothing but a shadow.
+//! Surfaces that send light on in single directions: mirrors, smooth glass and panes, and metal so smooth that it nearly
+//! does. Through them light reaches surfaces on which light sampling alone would see nothing but a shadow.
 //!
 //! A *reflector* is a connected surface of that kind: a plane, or what is curved by the normals of its corners. Found
 //! once, when the scene is built.
@@ -42,7 +42,7 @@ pub struct Reflectors {
     hindrance: Option<String>,
 }
 
-/// A connected surface that sends light on in single directions.
+/// A connected surface that sends light on in single directions, or nearly.
 #[derive(Clone, Debug)]
 pub struct Reflector {
     /// Index into [`Scene::materials`](super::Scene::materials).
@@ -53,6 +53,8 @@ pub struct Reflector {
     pub area: f32,
     /// Its form.
     pub form: Form,
+    /// GGX roughness, of metal that is of class specular; 0 where directions are single ones.
+    pub alpha: f32,
     /// Reflectance at normal incidence, the mean of the channels.
     reflectance: f32,
     /// Whether it reflects that everywhere, as metal does, not more at grazing angles.
@@ -88,17 +90,41 @@ pub struct Curved {
 type Bounds = (Vec3, Vec3);
 
 /// By what a chain goes; with start and target it leaves at most one chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Through {
     /// Straight on: all that lies between vertex and target lets light pass and does not focus it.
     Passage,
     /// Reflections at these reflectors in this order; all else on the way lets light pass and does not focus it.
     Mirrors(Sequence),
+    /// A reflection at this one, which is rough, by a microfacet with this local normal, unit, `z` > 0; all else as with
+    /// mirrors.
+    Microfacet(u32, Vec3),
     /// Into this ball of glass and out of it, reflected inside or not, on one of the ways that there may be.
     Ball(u32, Branch),
 }
 
-/// One to four reflectors, in the order in which a path from a rough vertex meets them.
+impl Through {
+    /// The reflectors at which reflections are due, in this order.
+    #[inline]
+    pub fn mirrors(&self) -> Sequence {
+        match *self {
+            Through::Mirrors(by) => by,
+            Through::Microfacet(reflector, _) => Sequence::of(reflector),
+            Through::Passage | Through::Ball(..) => Sequence::NONE,
+        }
+    }
+
+    /// The local normal of the microfacet that reflects.
+    #[inline]
+    pub fn microfacet(&self) -> Option<Vec3> {
+        match *self {
+            Through::Microfacet(_, normal) => Some(normal),
+            Through::Passage | Through::Mirrors(_) | Through::Ball(..) => None,
+        }
+    }
+}
+
+/// Up to four reflectors, in the order in which a path from a rough vertex meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
     numbers: [u32; Self::MOST],
@@ -106,6 +132,12 @@ pub struct Sequence {
 }
 
 impl Sequence {
+    /// None at all.
+    const NONE: Self = Self {
+        numbers: [NONE; Self::MOST],
+        len: 0,
+    };
+
     /// A single one.
     #[inline]
     pub fn of(reflector: u32) -> Self {
@@ -166,6 +198,12 @@ impl Reflectors {
     pub fn of(&self, triangle: u32) -> Option<u32> {
         let reflector = self.of_triangle.get(triangle as usize).copied();
         reflector.filter(|&r| r != NONE)
+    }
+
+    /// GGX roughness of a reflector, see [`Reflector::alpha`].
+    #[inline]
+    pub fn alpha(&self, reflector: u32) -> f32 {
+        self.list[reflector as usize].alpha
     }
 
     /// Whether a reflector focuses what passes, as curved glass does: a thin pane does not, however curved.
