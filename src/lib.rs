@@ -23,7 +23,7 @@
 //! | [`manifold`] | Chains of single directions from a rough vertex to a light. | lanes, frame, geometry, bsdf, scene, trace, vertex |
 //! | [`gradient`] | What a base path and its shift add to a difference of two pixels. | lanes |
 //! | [`sums`] | What the samples of a pixel add up to. | gradient |
-//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, manifold, gradient, sums |
+//! | [`path`] | Base and offset paths of a tile, traced together. | lanes, frame, geometry, sampler, filter, bsdf, scene, trace, vertex, shift, manifold, gradient, sums |
 //! | [`image`] | Images in memory. | |
 //! | [`estimate`] | What a render estimates: means and the variances of the means. | image |
 //! | [`film`] | The sums of all samples, tile by tile, in two halves. | gradient, sums, path, image, estimate |

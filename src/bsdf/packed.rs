@@ -75,6 +75,15 @@ impl Kinds {
         self.there |= others.there;
     }
 
+    /// The lanes of what has microfacets and nothing else.
+    #[inline(always)]
+    pub fn spreading(&self) -> u32 {
+        let kinds = [Kind::Conductor, Kind::RoughGlass, Kind::RoughThin];
+        kinds
+            .into_iter()
+            .fold(0, |lanes, kind| lanes | self.lanes[kind as usize])
+    }
+
     /// The kinds that are there, each with its lanes.
     #[inline(always)]
     fn there(&self) -> impl Iterator<Item = (Kind, u32)> {

@@ -264,7 +264,7 @@ pub struct RenderArgs {
     #[arg(help_heading = METHOD, long, default_value = "auto")]
     pub manifold: Manifold,
 
-    /// Surfaces of at most this GGX roughness (alpha) copy half vectors and take no light samples
+    /// Surfaces of at most this GGX roughness (alpha) copy half vectors
     #[arg(help_heading = METHOD, long, default_value_t = ROUGHNESS_THRESHOLD)]
     pub roughness_threshold: f32,
 

@@ -16,8 +16,8 @@ pub(super) struct Left {
     pub(super) from: Vec3x8,
     /// Densities of the directions, roulette included.
     pub(super) pdf: f32x8,
-    /// A bit for each lane whose scattering event is of class rough, so that light sampling could have made it.
-    pub(super) rough: u32,
+    /// A bit for each lane whose direction light sampling could have drawn.
+    pub(super) lit: u32,
 }
 
 /// The ends of the segments from x_k to x_{k+1}.
@@ -66,7 +66,7 @@ impl<'a> Arrival<'a> {
             let (from, wi) = (left.from.lane(lane), hits.direction.lane(lane));
             arrival.ends |= 1 << lane;
             arrival.radiance.set(lane, radiance(scene, &end, wi));
-            if left.rough >> lane & 1 == 1 {
+            if left.lit >> lane & 1 == 1 {
                 let way = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
                 arrival.by_light.set_lane(lane, way.density(scene, from));
                 arrival.ways[lane] = way;

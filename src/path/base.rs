@@ -1,6 +1,7 @@
 //! Base paths with offset paths that have vertices or directions of their own: from the camera until all offset
 //! paths are connected or dead. What follows then is the same for all of them.
 
+use super::aim::AimedPaths;
 use super::bounce::Flight;
 use super::chain::{self, Chains};
 use super::copied::{CopiedChain, Kinds};
@@ -35,6 +36,8 @@ pub(super) struct BasePaths<const N: usize> {
     pub(super) grid: Grid,
     /// What was there before the paths were packed.
     pub(super) before: Before<N>,
+    /// Copies of blocks, whose paths end on lights.
+    pub(super) aimed: AimedPaths<N>,
     /// The blocks with paths that go on. The buffers of a step have an entry for each of them.
     pub(super) live: Vec<u32>,
     /// Random numbers for one step of each path.

@@ -2,6 +2,7 @@
 
 use super::arrival::{self, Arrival, Left};
 use super::base::{BasePaths, Block, Own};
+use super::by_light::ByLight;
 use super::chain::by_microfacets;
 use super::copied::CopiedChain;
 use super::link::{light_end, start};
@@ -38,7 +39,7 @@ pub(super) fn draw<'a, const DIFFUSE: bool>(
 pub(super) struct Flight<const N: usize> {
     pub(super) scattering: ScatteringX8,
     /// The rays to x_{k+1}.
-    ray: [u32; LANES],
+    pub(super) ray: [u32; LANES],
     /// A bit for each lane that has scattered.
     pub(super) alive: u32,
     /// The lanes that go on from a surface.
@@ -61,7 +62,8 @@ pub(super) struct Flight<const N: usize> {
 #[derive(Clone, Copy)]
 pub(super) struct FollowerX8 {
     /// Density of light sampling at y_k, over that of BSDF sampling at x_k, whatever the segment to the light
-    /// does.
+    /// does. In the lanes `copies`, until it is known where they arrive: that of which the light's density per solid angle
+    /// at y_k is a factor.
     by_light: f32x8,
     /// The lanes that join the base paths if these any-hit rays are free.
     pub(super) joins: u32,
@@ -92,7 +94,7 @@ impl FollowerX8 {
 }
 
 impl<const N: usize> Flight<N> {
-    const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         scattering: ScatteringX8::NONE,
         ray: [0; LANES],
         alive: 0,
@@ -150,6 +152,10 @@ impl<const N: usize> BasePaths<N> {
             let ScatteringX8 { wi, pdf, .. } = flight.scattering;
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
             let rough = flight.alive & block.vertices.rough & !flight.scattering.delta;
+            let mut lit = rough;
+            if !DIFFUSE && context.aims {
+                lit |= flight.alive & block.aims(&self.chains);
+            }
             if !DIFFUSE && context.walks {
                 let ScatteringX8 {
                     delta, transmits, ..
@@ -174,7 +180,7 @@ impl<const N: usize> BasePaths<N> {
             let left = Left {
                 from: block.vertices.position,
                 pdf,
-                rough,
+                lit,
             };
             let arrival = Arrival::new(context, k, &hits, flight.alive, left);
             flight.surfaces = arrival.surfaces;
@@ -226,6 +232,7 @@ impl<const N: usize> BasePaths<N> {
                 arrival: &arrival,
                 next: &next,
                 copies,
+                lit,
             };
             let batches = (&mut self.reconnection, &mut self.continuation);
             flight.shift::<DIFFUSE>(block, &following, batches, &mut self.counts);
@@ -310,6 +317,8 @@ struct Following<'a, const N: usize> {
     next: &'a VerticesX8,
     /// A bit for each lane in which free offset paths copy the half vector.
     copies: u32,
+    /// The lanes whose directions light sampling could have drawn.
+    lit: u32,
 }
 
 impl<const N: usize> Flight<N> {
@@ -372,6 +381,12 @@ impl<const N: usize> Flight<N> {
                         let by_light = following.arrival.by_light_from(scene, y.position, free);
                         follower.by_light = carried.ratio * by_light;
                     }
+                    if !DIFFUSE && free & following.copies != 0 {
+                        let spread = carried.ratio * shifted.jacobian / pdf;
+                        let spread = mask_of(following.lit) & spread;
+                        let copies = mask_of(free & following.copies);
+                        follower.by_light = copies.select(spread, follower.by_light);
+                    }
                     rays[j] = y.rays_to(next.position, next.ng, next.offset);
                     let endless = self.environment | following.copies;
                     if endless & free != 0 {
@@ -418,6 +433,7 @@ impl<const N: usize> Flight<N> {
         let follower = &mut self.followers[j];
         let copies = follower.copies;
         let hits = continuation.hits_of(&follower.ray, copies, -block.offsets[j].wo);
+        let from = own.position;
         let surfaces = arrival::meet::<false>(scene, &hits, own);
 
         // Where the base path goes on.
@@ -445,7 +461,10 @@ impl<const N: usize> Flight<N> {
         follower.arrived = same;
         for lane in lanes_of(copies & self.ends) {
             let at_environment = self.environment >> lane & 1 == 1;
-            let found = match Interaction::in_lane(scene, &hits, lane) {
+            let spread = follower.by_light.lane(lane);
+            follower.by_light.set_lane(lane, 0.0);
+            let end = Interaction::in_lane(scene, &hits, lane);
+            let found = match end {
                 Interaction::Environment(direction) if at_environment => {
                     Ok(scene.environment.radiance(direction))
                 }
@@ -457,6 +476,12 @@ impl<const N: usize> Flight<N> {
                 Ok(_) if other_kind >> lane & 1 == 1 => counts.die(Death::Walk, 1),
                 Ok(radiance) => {
                     follower.radiance.set(lane, radiance);
+                    if context.aims && spread > 0.0 {
+                        let (from, wi) = (from.lane(lane), hits.direction.lane(lane));
+                        let by_light = ByLight::of(scene, from, &end, wi, 1.0);
+                        let density = spread * by_light.density(scene, from);
+                        follower.by_light.set_lane(lane, density);
+                    }
                     follower.arrived |= 1 << lane;
                     if self.by_chain >> lane & 1 == 1 {
                         chains[block.chain[lane] as usize][j].end(scene, &hits, lane);

@@ -1,7 +1,7 @@
 //! What lies between a path's last rough vertex and where it is now, as long as these are single directions: should
 //! it end on a light, this says how a walk would have found it.
 
-use crate::lanes::{LANES, lanes_of};
+use crate::lanes::{LANES, lanes_of, lanes_where};
 use crate::manifold::{Link, Start, Through, trail};
 use crate::scene::Scene;
 use crate::scene::reflectors::{Inside, Sequence, Target};
@@ -162,6 +162,15 @@ impl Chains {
     /// The chain `at`, to change it.
     pub(super) fn get_mut(&mut self, at: u32) -> Option<&mut Chain> {
         self.list.get_mut(at as usize)
+    }
+
+    /// Of `lanes`, where paths are at surfaces that spread light a little, those that walks may not find should they reach
+    /// light from there: of these light is sampled.
+    pub(super) fn beyond(&self, at: &[u32; LANES], lanes: u32) -> u32 {
+        lanes_where(lanes, |lane| {
+            let chain = self.get(at[lane]);
+            chain.is_none_or(|chain| !matches!(chain.gone, Gone::Nowhere | Gone::Passing))
+        })
     }
 
     /// Goes on from where the chain is; the chain then, if a walk could find it.

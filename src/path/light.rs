@@ -26,20 +26,24 @@ pub(super) fn draw<'a>(
 }
 
 /// Points on lights as they are seen from vertices.
-struct SeenX8 {
+pub(super) struct SeenX8 {
     /// Unit directions to them.
-    wi: Vec3x8,
+    pub(super) wi: Vec3x8,
     /// What their radiance, or intensity, is multiplied by: solid angle per area there, over the density.
     factor: f32x8,
     /// One over the densities per solid angle; 0 for lights without extent, which no ray meets.
     per_density: f32x8,
     /// Where there is a light, and it is seen from its front.
-    valid: f32x8,
+    pub(super) valid: f32x8,
 }
 
 impl SeenX8 {
     #[inline(always)]
-    fn new<const DIFFUSE: bool>(scene: &Scene, from: Vec3x8, light: &LightSamplesX8) -> Self {
+    pub(super) fn new<const DIFFUSE: bool>(
+        scene: &Scene,
+        from: Vec3x8,
+        light: &LightSamplesX8,
+    ) -> Self {
         let seen = Seen::new(from, light.position, light.ng);
         let from_front = negative(light.ng.dot(seen.direction));
         let factor = seen.solid_angle_per_area / light.density;
@@ -228,16 +232,23 @@ impl<const N: usize> BasePaths<N> {
         for (index, ((&at, to), &[u0, u1, u2, _])) in steps.zip(&self.numbers).enumerate() {
             let block = &self.blocks[at as usize];
             let x = &block.vertices;
-            // A path through a specular vertex is found by BSDF sampling alone.
             let rough = x.rough & block.alive;
+            // At surfaces of class specular other paths are aimed at lights with extent.
+            let to_points = if !DIFFUSE && context.aims_at_points() {
+                block.aims(&self.chains)
+            } else {
+                0
+            };
             to.base.valid = 0;
-            if rough == 0 {
+            if rough | to_points == 0 {
                 if through_glass {
                     self.unseen.push((LightSamplesX8::NONE, 0));
                 }
                 continue;
             }
-            let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
+            let lanes = rough | to_points;
+            let light = scene.sample_lights::<DIFFUSE>(x.position, lanes, [u0, u1, u2]);
+            let lit = rough | to_points & light.punctual;
             if through_glass {
                 self.unseen.push((light, rough));
             }
@@ -253,7 +264,7 @@ impl<const N: usize> BasePaths<N> {
                 value: to_light.value(block.throughput),
                 by_light: f32x8::ONE,
                 by_bsdf: to_light.by_bsdf(),
-                valid: to_light.valid & rough,
+                valid: to_light.valid & lit,
                 ray: [0; LANES],
             };
             let rays = block.connect::<DIFFUSE>((scene, k), (&own, at), &light, &to_light, to);

@@ -4,6 +4,7 @@
 //! The estimator is carried in ratios: F = f(x)/p(x) for the base path,
 //! [`CarriedX8`](crate::shift::CarriedX8) for what an offset path adds to it.
 
+mod aim;
 mod arrival;
 mod base;
 mod bounce;
@@ -31,6 +32,7 @@ use crate::filter::{Filter, Position};
 use crate::gradient::Weights;
 use crate::sampler::{self, Dimension, Sampler, SamplerKind};
 use crate::scene::Scene;
+use crate::scene::material::Material;
 use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
@@ -131,6 +133,8 @@ struct Context<'a> {
     walks: bool,
     /// And how often.
     shares: Shares,
+    /// Whether paths are aimed at lights from surfaces of class specular.
+    aims: bool,
 }
 
 impl<'a> Context<'a> {
@@ -147,7 +151,13 @@ impl<'a> Context<'a> {
             settings,
             walks: settings.walks(scene),
             shares: if always { Shares::ALL } else { shares },
+            aims: !scene.lights.is_empty() && scene.materials.iter().any(Material::spreads_little),
         }
+    }
+
+    /// Whether light without extent is sampled at surfaces of class specular.
+    fn aims_at_points(&self) -> bool {
+        self.aims && !self.scene.lights.punctual().is_empty()
     }
 
     /// Whether walks straight through glass follow the light step, with its samples that are not seen.
@@ -193,6 +203,8 @@ enum Step {
     Walked(u32),
     /// Walks have been made to the light that base paths have reached from x_k in single directions.
     WalkedAgain(u32),
+    /// Base paths have been aimed at lights from x_k, and offset paths have followed.
+    Aimed(u32),
     /// Base paths have scattered at x_k and offset paths have followed; it is known where they arrive.
     Followed(u32),
     /// They are at x_{k+1}.
@@ -273,6 +285,13 @@ impl<const N: usize> PathTracer<N> {
                 if !BASE && context.walks {
                     self.base.walk_step(context, k);
                     watch(self, Step::Walked(k));
+                }
+                if !BASE && context.aims && self.base.aim(context, k) {
+                    self.base.follow::<false>(context, k);
+                    self.base.land::<false>(context);
+                    watch(self, Step::Aimed(k));
+                    self.base.arrive::<false>(context);
+                    self.base.gather_aimed();
                 }
                 self.base.scatter::<BASE>(context, k);
                 self.base.follow::<BASE>(context, k);

@@ -122,7 +122,7 @@ fn keep<const N: usize>(
 impl<const N: usize> Block<N> {
     /// Puts the path in lane `from` of `other` into a lane.
     #[inline(always)]
-    fn copy<const DIFFUSE: bool>(&mut self, lane: usize, other: &Self, from: usize) {
+    pub(super) fn copy<const DIFFUSE: bool>(&mut self, lane: usize, other: &Self, from: usize) {
         self.pixels[lane] = other.pixels[from];
         self.vertices.copy::<DIFFUSE>(lane, &other.vertices, from);
         self.throughput.set(lane, other.throughput.lane(from));

@@ -163,6 +163,17 @@ impl Log {
                     }
                 }
             }
+            Step::Aimed(k) => {
+                if let ([flight], [block]) = (&base.flights[..], &base.blocks[..]) {
+                    if is_set(flight.alive) {
+                        self.say(0, format!("x{k}: aimed at a point on a light"));
+                        self.followed(scene, (flight, block), weights, k);
+                    } else {
+                        self.say(0, format!("x{k}: aimed at a light that is not seen"));
+                    }
+                    self.tell_deaths(&base.counts);
+                }
+            }
             Step::Followed(k) => {
                 if let ([flight], [block]) = (&base.flights[..], &base.blocks[..]) {
                     self.followed(scene, (flight, block), weights, k);

@@ -544,6 +544,12 @@ impl VerticesX8 {
         *sampled = Samples::select(mask_of(self.others), others, *sampled);
     }
 
+    /// The lanes whose surfaces are of class specular and spread light even so; in scenes that are not diffuse.
+    #[inline(always)]
+    pub fn spreading(&self) -> u32 {
+        self.others & !self.rough & self.more.kinds.spreading()
+    }
+
     /// The local normal, unit, `z` > 0, of the microfacet that has reflected a path in a lane.
     pub fn microfacet(&self, scattering: &ScatteringX8, lane: usize) -> Vec3 {
         let frame = Frame::<f32>::new(self.normal.lane(lane).into());

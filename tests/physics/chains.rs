@@ -7,10 +7,11 @@ use crate::common::{
 };
 use crate::gradients::{SIZE, check, check_walks, reference_at};
 use gdpt::gradient::Weights;
+use gdpt::load::lights::PunctualLight;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
 use gdpt::path::Shares;
-use gdpt::scene::{Scene, SceneSettings};
+use gdpt::scene::{EnvironmentSetting, EnvironmentSource, Scene, SceneSettings};
 use glam::Vec3;
 
 const FLOOR: usize = 0;
@@ -19,6 +20,8 @@ const MIRROR: usize = 2;
 const GLASS: usize = 3;
 const BOARD: usize = 4;
 const METAL: usize = 5;
+const FROSTED: usize = 6;
+const SATIN: usize = 7;
 
 /// A scene of these polygons and balls on a floor, below a lamp of half this width, seen from the front.
 fn scene(polygons: &[(Vec<[f32; 3]>, usize)], balls: &[Ball], lamp: f32) -> Scene {
@@ -36,6 +39,17 @@ fn scene_of(
     origin: [f32; 3],
     target: [f32; 3],
 ) -> Scene {
+    let settings = SceneSettings::default();
+    scene_with(polygons, balls, (origin, target), settings)
+}
+
+/// With these settings, camera and size aside.
+fn scene_with(
+    polygons: &[(Vec<[f32; 3]>, usize)],
+    balls: &[Ball],
+    (origin, target): ([f32; 3], [f32; 3]),
+    settings: SceneSettings,
+) -> Scene {
     let all: Vec<_> = polygons.iter().map(|(c, m)| (&c[..], *m)).collect();
     let settings = SceneSettings {
         camera: CameraTable {
@@ -45,9 +59,7 @@ fn scene_of(
             ..Default::default()
         },
         size: (SIZE, SIZE),
-        environment: Default::default(),
-        roughness_threshold: 0.01,
-        ..Default::default()
+        ..settings
     };
     // Glossy, with holes as fine as threads.
     let board = MtlMaterial {
@@ -61,10 +73,27 @@ fn scene_of(
         pr: Some(0.09),
         ..mirror()
     };
+    let satin = MtlMaterial {
+        pr: Some(0.35),
+        ..mirror()
+    };
+    let frosted = MtlMaterial {
+        pr: Some(0.15),
+        ..glass(1.5)
+    };
     common::polygons_and_balls(
         &all,
         balls,
-        vec![lambert(0.6), light(3.0), mirror(), glass(1.5), board, metal],
+        vec![
+            lambert(0.6),
+            light(3.0),
+            mirror(),
+            glass(1.5),
+            board,
+            metal,
+            frosted,
+            satin,
+        ],
         &settings,
     )
 }
@@ -208,6 +237,73 @@ fn light_of_nearly_smooth_metal() {
     let rough = scene.reflectors.list().iter().filter(|r| r.alpha > 0.0);
     assert_eq!(rough.count(), 2);
     agrees_in("nearly smooth metal", &scene, 512);
+}
+
+/// Metal and glass, nearly smooth and satin, seen directly, in one another and in a mirror, are as bright by copied half vectors, with
+/// paths that are aimed at lights, as by light sampling and reconnection; by lamps, one of which is half hidden behind a board,
+/// in a studio, and by a point.
+#[test]
+fn class_specular_is_as_bright_as_class_rough() {
+    let ball = |x: f32, material: usize| Ball {
+        centre: Vec3::new(x, 0.3, 0.1),
+        radii: Vec3::splat(0.3),
+        level: 3,
+        smooth: true,
+        material,
+    };
+    let mut lamp = level(1.6, 0.3);
+    lamp.reverse();
+    let things = vec![
+        (level(0.0, 2.0).to_vec(), SATIN),
+        (
+            upright(Vec3::new(0.0, 0.0, -0.8), Vec3::Z, 1.0, 0.8),
+            MIRROR,
+        ),
+        (upright(Vec3::new(-1.0, 0.0, 0.0), Vec3::X, 0.8, 0.8), FLOOR),
+        (
+            level(1.3, 0.2).map(|[x, y, z]| [x + 0.2, y, z]).to_vec(),
+            FLOOR,
+        ),
+    ];
+    let mut by_lamp = things.clone();
+    by_lamp.push((lamp.to_vec(), LAMP));
+    // Seen in the floor, one before the other.
+    by_lamp.push((upright(Vec3::new(0.0, 0.1, -0.7), Vec3::Z, 0.5, 0.6), LAMP));
+    by_lamp.push((upright(Vec3::new(0.1, 0.2, -0.5), Vec3::Z, 0.2, 0.3), LAMP));
+    let studio = EnvironmentSetting {
+        source: EnvironmentSource::Studio,
+        ..Default::default()
+    };
+    // On rough surfaces too few samples would find what metal throws there.
+    let shiny = things[..2].to_vec();
+    let point = PunctualLight::Point {
+        position: [0.3, 1.4, 0.8],
+        intensity: [2.0; 3],
+        cone: None,
+    };
+    for (name, polygons, environment, lights) in [
+        ("lamp", by_lamp, EnvironmentSetting::default(), vec![]),
+        ("studio", things, studio, vec![]),
+        ("point", shiny, EnvironmentSetting::default(), vec![point]),
+    ] {
+        let [rough, specular] = [1e-4, 0.9].map(|roughness_threshold| {
+            let settings = SceneSettings {
+                environment: environment.clone(),
+                lights: lights.clone(),
+                roughness_threshold,
+                ..Default::default()
+            };
+            let balls = [ball(-0.4, METAL), ball(0.4, FROSTED)];
+            let camera = ([0.1, 0.8, 2.6], [0.0, 0.3, 0.0]);
+            scene_with(&polygons, &balls, camera, settings)
+        });
+        let reference = reference_at(256, &rough, &*tracer(&rough));
+        let tracer = tracer(&specular);
+        for weights in [Weights::Mis, Weights::Symmetric] {
+            check(name, weights, &specular, &*tracer, &reference);
+        }
+        check_walks(name, &specular, &*tracer, &reference);
+    }
 }
 
 /// Two balls of glass that touch, one of them in the floor, beside an egg of glass, which is no ball: walks go through

@@ -20,27 +20,27 @@ const LIBRARY: u64 = 0x3d4a_ce6c_a93f_55d1;
 const SHIPPED: [[u64; 2]; SCENES.len()] = [
     [0x2197_5b50_f4bc_9cb4, 0x45de_5c54_dedb_b171],
     [0x8bdb_07f1_f67e_ac20, 0x945a_c349_2a85_02c3],
-    [0x3b8c_d9eb_98f0_7085, 0x61cc_7a52_edbf_f1c3],
+    [0x1259_5b92_bffa_0237, 0xe090_1a6c_4d3b_dc36],
     [0x7d14_6174_5429_51c2, 0xcf6b_240f_5f79_27a7],
     [0xf83f_41ad_22c4_f59f, 0x1ed8_9e9d_43c1_11bb],
     [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
     [0x1afb_c9e8_8a29_e973, 0xa003_75aa_2c38_ebc9],
-    [0x24a3_1afd_d0bf_7447, 0x18ae_8372_1604_8db9],
+    [0x00ea_8011_f16c_3403, 0x5c6c_17fa_b8d3_1222],
     [0x146a_43e7_762e_a296, 0x8f63_8ef6_4f54_a26b],
     [0x33fb_665f_5996_7de4, 0xd03e_4e92_55b0_0d7b],
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x7ec2_c56b_7ed4_e171,
-    0x7450_d30e_cc20_1a01,
-    0xdb97_7253_1e96_0047,
-    0x0c92_e65a_284e_7c5a,
-    0x5f78_34bf_1655_9f6b,
-    0x6a7b_e305_9cd5_5bab,
-    0xe076_fe7a_fa76_86c9,
-    0x6752_1855_b4b1_f869,
-    0x74f5_95d8_a787_b9d8,
-    0x4373_5cf0_f17d_6b62,
+    0x1807_a407_3dc7_4ef2,
+    0x36f1_2a54_ed2b_d914,
+    0x4b8c_636a_9cc8_670b,
+    0x1b80_a6ef_c6f6_45d5,
+    0x8da0_8038_619e_0040,
+    0x3245_f914_1af6_6b71,
+    0x0233_4311_c947_16f4,
+    0xafcc_7de2_f9b9_7415,
+    0xd249_5bf6_2d62_25f7,
+    0xba12_1138_fea9_a2d1,
 ];
 const GROUP: u64 = 30;
 

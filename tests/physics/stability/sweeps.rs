@@ -31,9 +31,9 @@ pub const SWEEPS: &[Sweep] = &[
     },
     Sweep {
         name: "roughness",
-        about: "alpha of a metal floor; up to 0.01 it copies half vectors",
-        values: &[1e-4, 1e-3, 5e-3, 9.9e-3, 1.01e-2, 5e-2, 0.5],
-        shown: 1.01e-2,
+        about: "alpha of a metal floor; up to 0.02 it copies half vectors",
+        values: &[1e-4, 1e-3, 5e-3, 1.99e-2, 2.01e-2, 5e-2, 0.5],
+        shown: 2.01e-2,
         model: roughness,
     },
     Sweep {
@@ -176,8 +176,8 @@ pub const SWEEPS: &[Sweep] = &[
     Sweep {
         name: "near-mirror",
         about: "alpha of a ball of metal on the floor",
-        values: &[0.0, 1e-3, 9.9e-3, 1.01e-2, 2e-2, 3e-2],
-        shown: 2e-2,
+        values: &[0.0, 1e-3, 1e-2, 1.99e-2, 2.01e-2, 3e-2],
+        shown: 1e-2,
         model: |alpha| ball_on_floor(0.5, metal(alpha), None),
     },
     Sweep {

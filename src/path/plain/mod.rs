@@ -2,22 +2,27 @@
 //! scatter, and by the kinds of the surfaces at which they arrive; in diffuse scenes, where there is but one, those
 //! that end on a light leave gaps until the next time.
 
+mod aim;
+mod walks;
+
 use super::arrival::{Arrival, Left};
 use super::chain::{self, Chains, Event};
 use super::light::{ConnectedX8, shadow_rays};
-use super::link::{self, LinksX8, Unseen, Way, light_end, start};
+use super::link::{self, Unseen, Way, light_end, start};
 use super::order::Order;
 use super::pool::Pool;
 use super::shares::Ledger;
 use super::{Context, Counts, bounce, light, trace_any, trace_closest};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
-use crate::manifold::{Through, Walks};
+use crate::manifold::Walks;
 use crate::sampler::Sampler;
 use crate::scene::light_sample::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
 use crate::vertex::VerticesX8;
+use aim::Aim;
 use glam::Vec3;
+use walks::Request;
 use wide::f32x8;
 
 /// Plain paths at one vertex, with the buffers for their next steps.
@@ -43,6 +48,7 @@ pub(super) struct PlainPaths {
     /// probability.
     by_balls: Vec<(u32, usize, Way, f32)>,
     requests: Vec<Request>,
+    aims: Vec<Aim>,
     /// The blocks and lanes of vertices that try walks by mirrors.
     tries: Vec<(u32, u32)>,
     /// Light that has been found by chains.
@@ -77,56 +83,12 @@ struct PlainFlight {
     throughput: Vec3x8,
     /// Density of the direction, roulette included.
     pdf: f32x8,
-    /// A bit for each lane whose scattering event is of class rough.
-    rough: u32,
+    /// A bit for each lane whose direction light sampling could have drawn.
+    lit: u32,
     samplers: [Sampler; LANES],
     index: [u32; LANES],
     /// The chains that go on here, or begin where they left.
     chain: [u32; LANES],
-}
-
-/// Walks from eight vertices.
-struct Request {
-    vertices: VerticesX8,
-    throughput: Vec3x8,
-    index: [u32; LANES],
-    lanes: u32,
-    ways: link::Ways,
-    /// P(σ) of the ways.
-    probability: f32x8,
-    walks: [u32; LANES],
-}
-
-impl Request {
-    fn new(ways: link::Ways, probability: f32x8) -> Self {
-        Self {
-            vertices: VerticesX8::NONE,
-            throughput: Vec3x8::ZERO,
-            index: [0; LANES],
-            lanes: 0,
-            ways,
-            probability,
-            walks: [0; LANES],
-        }
-    }
-
-    /// Takes a vertex from a block.
-    fn copy(&mut self, to: usize, block: &PlainBlock, from: usize) {
-        self.vertices.copy::<false>(to, &block.vertices, from);
-        self.throughput.set(to, block.throughput.lane(from));
-        self.index[to] = block.index[from];
-    }
-
-    /// Adds the walks of the ways in `lanes`.
-    fn ask(&mut self, context: Context, walks: &mut Walks, k: u32, lanes: u32) {
-        for lane in lanes_of(lanes) {
-            if let Some((end, through)) = &self.ways[lane] {
-                let start = start(&self.vertices, lane, k);
-                self.walks[lane] = walks.push(context.scene, start, end.target, *through);
-                self.lanes |= 1 << lane;
-            }
-        }
-    }
 }
 
 /// Light that BSDF sampling has found by a chain: what it would add alone, and the walk that could have found it.
@@ -162,7 +124,7 @@ impl PlainFlight {
         from: Vec3x8::ZERO,
         throughput: Vec3x8::ZERO,
         pdf: f32x8::ZERO,
-        rough: 0,
+        lit: 0,
         samplers: [Sampler::NONE; LANES],
         index: [0; LANES],
         chain: [chain::NONE; LANES],
@@ -192,7 +154,7 @@ impl PlainFlight {
             gathered.from.set(lane, flight.from.lane(from));
             gathered.throughput.set(lane, flight.throughput.lane(from));
             gathered.pdf.set_lane(lane, flight.pdf.lane(from));
-            gathered.rough |= (flight.rough >> from & 1) << lane;
+            gathered.lit |= (flight.lit >> from & 1) << lane;
             gathered.samplers[lane] = flight.samplers[from];
             gathered.index[lane] = flight.index[from];
             gathered.chain[lane] = flight.chain[from];
@@ -250,6 +212,9 @@ impl PlainPaths {
         if !DIFFUSE && context.walks {
             self.walk_step(context, k);
         }
+        if !DIFFUSE && context.aims {
+            self.aim(context, k);
+        }
         self.scatter::<DIFFUSE>(context, k);
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
         if DIFFUSE {
@@ -278,15 +243,22 @@ impl PlainPaths {
         light::draw(samplers, k, &mut self.numbers);
         for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
             let x = &block.vertices;
-            // A path through a specular vertex is found by BSDF sampling alone.
             let rough = x.rough & block.alive;
-            if rough == 0 {
+            // At surfaces of class specular other paths are aimed at lights with extent.
+            let to_points = if !DIFFUSE && context.aims_at_points() {
+                block.aims(&self.chains)
+            } else {
+                0
+            };
+            if rough | to_points == 0 {
                 if through_glass {
                     self.unseen.push((LightSamplesX8::NONE, 0));
                 }
                 continue;
             }
-            let light = scene.sample_lights::<DIFFUSE>(x.position, rough, [u0, u1, u2]);
+            let lanes = rough | to_points;
+            let light = scene.sample_lights::<DIFFUSE>(x.position, lanes, [u0, u1, u2]);
+            let lit = rough | to_points & light.punctual;
             let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
             let value = to_light.value(block.throughput) / (f32x8::ONE + to_light.by_bsdf());
             let rays = shadow_rays::<DIFFUSE>(x, &light);
@@ -300,7 +272,7 @@ impl PlainPaths {
                     found.push((at as u32, lane, way, p));
                 });
             }
-            for lane in lanes_of(to_light.valid & rough) {
+            for lane in lanes_of(to_light.valid & lit) {
                 self.shadow.push(&rays.lane(lane));
                 self.lit.push(Lit {
                     light: value.lane(lane),
@@ -314,149 +286,10 @@ impl PlainPaths {
             if !self.shadow.is_blocked(ray as u32) {
                 self.gathered[lit.index as usize] += lit.light;
             } else if through_glass {
-                let (block, lane) = (lit.place as usize / LANES, lit.place as usize % LANES);
-                self.unseen[block].1 |= 1 << lane;
+                let (at, lane) = (lit.place as usize / LANES, lit.place as usize % LANES);
+                self.unseen[at].1 |= self.blocks[at].vertices.rough & 1 << lane;
             }
         }
-    }
-
-    /// Samples light through mirrors and glass, and gathers what comes from there.
-    fn walk_step(&mut self, context: Context, k: u32) {
-        // There is no room for a chain.
-        if k + 2 > context.settings.depth {
-            return;
-        }
-        self.walks.clear();
-        self.requests.clear();
-        for (at, (sampled, unseen)) in self.unseen.iter().enumerate() {
-            let block = &self.blocks[at];
-            let lanes = unseen & block.throughput.is_not_zero().to_bitmask();
-            let lanes = link::straight_on(context, &block.samplers, k, lanes);
-            if lanes != 0 {
-                let way = |lane: usize| Some((sampled.lane(lane)?, Through::Passage));
-                let share = f32x8::splat(context.shares.passages);
-                let mut request = Request::new(std::array::from_fn(way), share);
-                request.vertices = block.vertices.clone();
-                request.throughput = block.throughput;
-                request.index = block.index;
-                request.ask(context, &mut self.walks, k, lanes);
-                self.requests.push(request);
-            }
-        }
-        for tried in self.by_balls.chunks(LANES) {
-            let mut request = Request::new([None; LANES], f32x8::ONE);
-            let mut lanes = 0;
-            for (to, &(at, lane, way, probability)) in tried.iter().enumerate() {
-                let block = &self.blocks[at as usize];
-                request.copy(to, block, lane);
-                request.ways[to] = Some(way);
-                request.probability.set_lane(to, probability);
-                lanes |= u32::from(block.throughput.lane(lane) != Vec3::ZERO) << to;
-            }
-            if lanes != 0 {
-                request.ask(context, &mut self.walks, k, lanes);
-                self.requests.push(request);
-            }
-        }
-        self.try_mirrors(context, k);
-        self.walks.solve(context.scene, context.tracer);
-        for request in &self.requests {
-            let ways = (&request.ways, request.probability);
-            let from = (&request.vertices, k);
-            let (walks, lanes) = (&request.walks, request.lanes);
-            let links = LinksX8::new(context, &self.walks, from, walks, ways, lanes);
-            let x = &request.vertices;
-            let eval = x.eval::<false>(context.scene, links.wi);
-            let by_bsdf = eval.pdf * x.survival(k) * links.per_pdf;
-            let value = request.throughput * eval.value * links.arriving;
-            let value = value / (links.by_walk + by_bsdf);
-            for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
-                self.gathered[request.index[lane] as usize] += value.lane(lane);
-            }
-            if let Some(ledger) = &mut self.ledger {
-                for lane in lanes_of(lanes) {
-                    if let Some((_, through)) = &request.ways[lane] {
-                        ledger.walk(through, self.walks.rays(walks[lane]));
-                    }
-                }
-                let by_bsdf = by_bsdf / links.by_walk;
-                for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
-                    if let Some((_, through)) = &request.ways[lane] {
-                        let path = request.index[lane];
-                        ledger.bring(through, path, value.lane(lane), by_bsdf.lane(lane));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Asks for walks by mirrors, from the vertices that try one.
-    fn try_mirrors(&mut self, context: Context, k: u32) {
-        let scene = context.scene;
-        self.tries.clear();
-        for (at, block) in self.blocks.iter().enumerate() {
-            let rough = block.vertices.rough & block.alive;
-            for lane in lanes_of(rough & block.throughput.is_not_zero().to_bitmask()) {
-                if context.tries(&block.samplers[lane], k) {
-                    self.tries.push((at as u32, lane as u32));
-                }
-            }
-        }
-        for tries in self.tries.chunks(LANES) {
-            let mut request = Request::new([None; LANES], f32x8::ZERO);
-            let mut samplers = [Sampler::NONE; LANES];
-            for (to, &(at, lane)) in tries.iter().enumerate() {
-                let (block, from) = (&self.blocks[at as usize], lane as usize);
-                request.copy(to, block, from);
-                samplers[to] = block.samplers[from];
-            }
-            link::draw([&samplers], k, &mut self.numbers);
-            let [u0, u1, u2, u3] = self.numbers[0];
-            let (from, lanes) = (request.vertices.position, first_lanes(tries.len()));
-            let light = scene.sample_lights::<false>(from, lanes, [u0, u1, u2]);
-            (request.ways, request.probability) =
-                link::by_mirrors(context, (from, k), &samplers, &light, lanes, u3);
-            request.ask(context, &mut self.walks, k, lanes);
-            if request.lanes != 0 {
-                self.requests.push(request);
-            }
-        }
-    }
-
-    /// Gathers light that has been found by chains, weighted by whether a walk finds it too.
-    fn walk_again(&mut self, context: Context) {
-        self.walks.clear();
-        for found in &mut self.found {
-            if let Some(chain) = self.chains.get(found.chain) {
-                let (end, through) = found.way;
-                found.walk = self
-                    .walks
-                    .push(context.scene, chain.start, end.target, through);
-            }
-        }
-        self.walks.solve(context.scene, context.tracer);
-        for found in self.found.drain(..) {
-            let mut by_walk = 0.0;
-            if let (Some(chain), Ok(link)) =
-                (self.chains.get(found.chain), self.walks.link(found.walk))
-                && chain.is(link)
-            {
-                let from = chain.start.position;
-                let mut ways = [None; LANES];
-                ways[0] = Some(found.way);
-                let way = link::probability(context, Vec3x8::splat(from), &ways).lane(0);
-                let by_bsdf = chain.pdf * link.probability * link.geometry;
-                by_walk = way * context.scene.light_density(&found.way.0, from) / by_bsdf;
-            }
-            let light = found.light / (1.0 + by_walk);
-            self.gathered[found.index as usize] += light;
-            if let Some(ledger) = &mut self.ledger {
-                let through = &found.way.1;
-                ledger.walk_again(through, self.walks.rays(found.walk));
-                ledger.bring(through, found.index, light, 1.0 / by_walk);
-            }
-        }
-        self.counts.add_rays(self.walks.take_traced());
     }
 
     /// Samples the BSDF at x_k; paths that end are left out.
@@ -472,6 +305,10 @@ impl PlainPaths {
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;
+            let mut lit = rough;
+            if !DIFFUSE && context.aims {
+                lit |= block.aims(&self.chains);
+            }
             for lane in lanes_of(scattering.valid & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
@@ -482,7 +319,7 @@ impl PlainPaths {
                 flight.from.set(to, x.position.lane(lane));
                 flight.throughput.set(to, throughput.lane(lane));
                 flight.pdf.set_lane(to, scattering.pdf.as_array()[lane]);
-                flight.rough = flight.rough & !(1 << to) | (rough >> lane & 1) << to;
+                flight.lit = flight.lit & !(1 << to) | (lit >> lane & 1) << to;
                 flight.samplers[to] = block.samplers[lane];
                 flight.index[to] = block.index[lane];
                 if !DIFFUSE && context.walks {
@@ -577,7 +414,7 @@ impl PlainBlock {
         let left = Left {
             from: flight.from,
             pdf: flight.pdf,
-            rough: flight.rough,
+            lit: flight.lit,
         };
         let arrival = Arrival::new(context, k, hits, rays, left);
         self.alive = arrival.surfaces;
