@@ -16,7 +16,7 @@
 //! | [`sampler`] | Owen-scrambled Sobol numbers by position in the path. | lanes |
 //! | [`filter`] | Pixel filters: positions drawn by importance. | |
 //! | [`bsdf`] | How materials scatter, in local coordinates. | lanes, warp |
-//! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, lanes, warp, geometry, bsdf |
+//! | [`scene`] | Geometry, materials, lights and camera: immutable, no I/O, no tracing. | error, load, lanes, warp, frame, geometry, bsdf |
 //! | [`trace`] | Closest and any hits for batches of rays, on several backends. | error, lanes, scene |
 //! | [`vertex`] | What a ray met, ready for scattering and shifting. | lanes, frame, geometry, bsdf, scene, trace |
 //! | [`shift`] | How an offset path follows its base path. | lanes, frame, geometry, bsdf, scene, vertex |
@@ -112,7 +112,7 @@
 //!
 //! Where to read on: a path's vertices are in [`vertex`], eight at once; the loop over them in `path/mod.rs`; what the
 //! base path does at one, and how its offset paths follow, in `path/light.rs` and `path/bounce.rs`, how paths that go on
-//! move together in `path/pack.rs`, and what follows when all share the rest in `path/plain.rs`; light through mirrors
+//! move together in `path/pack.rs`, and what follows when all share the rest in `path/plain`; light sampling where half vectors are copied in `path/aim.rs`; light through mirrors
 //! and glass in `path/manifold.rs`, by the walks of [`manifold`] between the surfaces of [`scene::reflectors`]; the shift itself, decision by decision, in [`shift`]; what
 //! the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one file each; how light is
 //! chosen in [`scene::light`], and sampled in [`scene::light_sample`]; the solves in [`reconstruct`].

@@ -113,9 +113,11 @@ impl Walks {
                 let may = scene.reflectors.may_pass(start.position, &target);
                 may.then(there)
             }
-            Through::Mirrors(_) | Through::Microfacet(..) => {
-                let by = through.mirrors();
-                scene.reflectors.guess(&by, start.position, &target)
+            Through::Mirrors(by) => scene.reflectors.guess(&by, start.position, &target),
+            Through::Microfacet(reflector, normal) => {
+                let by = (reflector, normal);
+                let reflectors = &scene.reflectors;
+                reflectors.guess_by_microfacet(by, start.position, &target)
             }
             Through::Ball(reflector, branch) => {
                 let ball = scene.reflectors.ball(reflector);

@@ -31,6 +31,8 @@ impl ByLight {
     #[inline]
     pub(super) fn of(scene: &Scene, from: Vec3, end: &Interaction, wi: Vec3, pdf: f32) -> Self {
         match (end, scene.environment.map()) {
+            // Such samples are thrown away.
+            (Interaction::Light(light), _) if light.radiance == Vec3::ZERO => ByLight::Never,
             (Interaction::Light(light), _) => solid_angle_per_area(from, light.position, light.ng)
                 .map_or(ByLight::Never, |(_, g)| ByLight::Triangle {
                     triangle: light.triangle,

@@ -355,7 +355,11 @@ impl<const N: usize> Block<N> {
                     let by_bsdf = carried.ratio * eval.pdf * y.survival(k) * seen.per_density;
                     // What is not finite is dead.
                     let valid = seen.valid & eval.valid & value.is_finite() & by_bsdf.is_finite();
-                    let lanes = offset.free() & there;
+                    // There is no shift from where a walk would find the light to where none does.
+                    let mut lanes = offset.free() & there;
+                    if !DIFFUSE {
+                        lanes &= !self.kinds.differ(j) | x.rough;
+                    }
                     let mut by_light = carried.ratio;
                     if !DIFFUSE && scene.lights.depend_on_place() {
                         by_light *= light.relative_density(scene, y.position, lanes);

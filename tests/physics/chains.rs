@@ -5,12 +5,12 @@
 use crate::common::{
     self, Ball, Render, Rng, glass, lambert, level, light, mirror, sphere, tracer,
 };
-use crate::gradients::{SIZE, check, check_walks, reference_at};
+use crate::gradients::{SIZE, check, check_walks, reference_at, reference_of};
 use gdpt::gradient::Weights;
 use gdpt::load::lights::PunctualLight;
 use gdpt::load::mtl::MtlMaterial;
 use gdpt::load::sidecar::CameraTable;
-use gdpt::path::Shares;
+use gdpt::path::{Manifold, Shares};
 use gdpt::scene::{EnvironmentSetting, EnvironmentSource, Scene, SceneSettings};
 use glam::Vec3;
 
@@ -202,7 +202,8 @@ fn light_that_a_ball_sends_back() {
 }
 
 /// A wall lit round a corner, by metal alone that is nearly smooth: by a ball of it, and by a plate, half of which is
-/// behind glass. A mirror beside them: by both together no walk leads.
+/// behind glass; between its stripes are such of glass that is as rough, by which no walk leads. A mirror beside them: by
+/// both together none leads either.
 #[test]
 fn light_of_nearly_smooth_metal() {
     let ball = Ball {
@@ -213,7 +214,13 @@ fn light_of_nearly_smooth_metal() {
         material: METAL,
     };
     let to_wall = |x: f32| Vec3::new(x, 0.0, -1.0).normalize();
-    let all = [
+    let stripes = (0..10).map(|n| {
+        let along = Vec3::new(-1.0, 0.0, 1.0).normalize() * (0.06 * n as f32 - 0.27);
+        let foot = Vec3::new(0.7, 0.3, 0.4) + along;
+        let material = if n % 2 == 0 { METAL } else { FROSTED };
+        (upright(foot, to_wall(-1.0), 0.03, 0.7), material)
+    });
+    let mut all = vec![
         (
             upright(Vec3::new(0.0, -0.5, -1.0), Vec3::Z, 2.0, 2.0),
             FLOOR,
@@ -223,19 +230,21 @@ fn light_of_nearly_smooth_metal() {
             FLOOR,
         ),
         (upright(Vec3::new(-1.2, 0.3, 0.3), Vec3::X, 0.16, 0.4), LAMP),
-        (
-            upright(Vec3::new(0.7, 0.3, 0.4), to_wall(-1.0), 0.3, 0.7),
-            METAL,
-        ),
         (upright(Vec3::new(0.7, 0.0, 0.0), Vec3::Z, 0.3, 0.5), GLASS),
         (
             upright(Vec3::new(1.2, 0.2, 0.1), to_wall(-0.8), 0.2, 0.6),
             MIRROR,
         ),
     ];
-    let scene = scene_of(&all, &[ball], [0.4, 0.5, -0.1], [0.5, 0.5, -1.0]);
+    all.extend(stripes);
+    let settings = SceneSettings {
+        roughness_threshold: 0.05,
+        ..Default::default()
+    };
+    let camera = ([0.4, 0.5, -0.1], [0.5, 0.5, -1.0]);
+    let scene = scene_with(&all, &[ball], camera, settings);
     let rough = scene.reflectors.list().iter().filter(|r| r.alpha > 0.0);
-    assert_eq!(rough.count(), 2);
+    assert_eq!(rough.count(), 6);
     agrees_in("nearly smooth metal", &scene, 512);
 }
 
@@ -303,6 +312,45 @@ fn class_specular_is_as_bright_as_class_rough() {
             check(name, weights, &specular, &*tracer, &reference);
         }
         check_walks(name, &specular, &*tracer, &reference);
+    }
+}
+
+/// A floor that balls of metal and of glass, both nearly smooth, light up for a point: walks lead there by metal, by glass none
+/// do, and offset paths lead from one ball to the other. BSDF sampling finds no point, so walks are part of the reference.
+#[test]
+fn points_by_metal_beside_glass() {
+    let ball = |x: f32, material: usize| Ball {
+        centre: Vec3::new(x, 0.35, 0.0),
+        radii: Vec3::splat(0.3),
+        level: 3,
+        smooth: true,
+        material,
+    };
+    let balls = [ball(-0.3, METAL), ball(0.3, FROSTED)];
+    let point = PunctualLight::Point {
+        position: [0.0, 0.6, 0.8],
+        intensity: [1.0; 3],
+        cone: None,
+    };
+    let settings = SceneSettings {
+        lights: vec![point],
+        roughness_threshold: 0.05,
+        ..Default::default()
+    };
+    // What light from the point alone does not reach.
+    let floor = (level(0.0, 2.0).to_vec(), FLOOR);
+    let board = (upright(Vec3::new(0.0, 0.0, 0.5), Vec3::Z, 0.8, 0.3), FLOOR);
+    let camera = ([0.1, 1.8, 1.6], [0.0, 0.0, 0.2]);
+    let scene = scene_with(&[floor, board], &balls, camera, settings);
+    let tracer = tracer(&scene);
+    let walked = Render {
+        spp: 256,
+        manifold: Manifold::Always,
+        ..Render::default()
+    };
+    let reference = reference_of(walked, &scene, &*tracer);
+    for weights in [Weights::Mis, Weights::Symmetric] {
+        check("points", weights, &scene, &*tracer, &reference);
     }
 }
 

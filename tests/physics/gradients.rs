@@ -65,7 +65,7 @@ pub(super) fn reference_at(spp: u64, scene: &Scene, tracer: &dyn Traverse) -> Ve
     reference_of(render, scene, tracer)
 }
 
-fn reference_of(render: Render, scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
+pub(super) fn reference_of(render: Render, scene: &Scene, tracer: &dyn Traverse) -> Vec<Mean> {
     let mut means = Vec::new();
     for seed in 0..SEEDS {
         let render = Render {

@@ -395,6 +395,31 @@ proptest! {
         prop_assert!((link.geometry / numeric - 1.0).abs() < 0.1, "{} {}", link.geometry, numeric);
     }
 
+    /// By a microfacet of a plane, seen from above or below, the way is known beforehand.
+    #[test]
+    fn microfacets_of_planes_are_exact(
+        from in vector(0.2, 1.5), to in vector(0.2, 1.5), far in any::<bool>(), slopes in (-0.1f32..0.1, -0.1f32..0.1), below in any::<bool>()
+    ) {
+        let floor = square(Vec3::ZERO, Vec3::Y, 30.0);
+        let metal = MtlMaterial { pr: Some(0.09), ..mirror() };
+        let scene = polygons(&[(&floor, 0)], vec![metal], &settings());
+        let tracer = tracer(&scene);
+        let side = if below { -1.0 } else { 1.0 };
+        let [from, to] = [from, to].map(|p| p * Vec3::new(1.0, side, 1.0));
+        let target = if far { Target::Direction(to.normalize()) } else { Target::Point(to) };
+        let normal = Vec3::new(slopes.0, slopes.1, 1.0).normalize();
+        let mut walks = Walks::default();
+        let walk = walks.push(&scene, start(from), target, Through::Microfacet(0, normal));
+        walks.solve(&scene, &*tracer);
+        let link = walks.link(walk);
+        prop_assume!(link.is_ok());
+        let link = link.unwrap();
+        prop_assert_eq!(walks.shots(walk), 1);
+        let half = (link.arrival - link.wi).normalize();
+        let local = Vec3::from(Frame::<f32>::new(Vec3::Y.into()).to_local(half.into()));
+        prop_assert!((local * Vec3::new(1.0, 1.0, side)).distance(normal) < 1e-4, "{} {}", local, normal);
+    }
+
     /// Through a prism, whose sides are not parallel: 𝒢 as by a numeric derivative, both ways round.
     #[test]
     fn prisms_refract(from in vector(-0.3, 0.3), to in vector(-0.3, 0.3), ior in 1.1f32..1.6, back in any::<bool>()) {

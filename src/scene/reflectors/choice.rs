@@ -184,8 +184,11 @@ impl Reflector {
             Form::Plane(plane) => {
                 let (p, shows) = plane.shows(from, targets);
                 let seen = self.reflects(plane, p - from).only(shows);
+                // From where the plane does not show them, light is bent on its way there, or spread a little.
                 if self.is_across {
                     seen.larger(of_all(1.0))
+                } else if self.alpha > 0.0 {
+                    seen.larger(of_all(self.reflectance))
                 } else {
                     seen
                 }

@@ -14,6 +14,19 @@ impl Reflectors {
         })
     }
 
+    /// The same, for a microfacet of a reflector with the local normal `h`: exact where that is a plane.
+    pub fn guess_by_microfacet(
+        &self,
+        (reflector, h): (u32, Vec3),
+        from: Vec3,
+        target: &Target,
+    ) -> Option<Vec3> {
+        match &self.list[reflector as usize].form {
+            Form::Plane(plane) => plane.by_microfacet(h, from, target),
+            Form::Curved(_) => self.guess(&Sequence::of(reflector), from, target),
+        }
+    }
+
     /// Another one, if that comes to nothing: where the way to the first of these reflectors is through planes of glass that
     /// bend it, the direction to its middle; where a curved one is a sphere but for its facets, that to one of its points.
     pub fn other_guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {

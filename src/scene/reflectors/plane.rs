@@ -1,6 +1,7 @@
 //! Flat mirrors: what they show, and where.
 
 use super::{Bounds, Target, Targets};
+use crate::frame::Frame;
 use crate::lanes::{Float, Mask, Vector, positive};
 use glam::{Vec2, Vec3};
 
@@ -125,6 +126,31 @@ impl Plane {
             one_side
         };
         (p, seen & inside)
+    }
+
+    /// The unit direction from `from` in which a microfacet with the local normal `h` reflects to `target`, on the plane or
+    /// beyond its edge. Exact where triangles look to the side of the plane's normal.
+    pub(super) fn by_microfacet(&self, h: Vec3, from: Vec3, target: &Target) -> Option<Vec3> {
+        let side = 1f32.copysign(self.height(from));
+        let frame = Frame::<f32>::new(self.normal.into());
+        let m = Vec3::from(frame.to_world(Vec3::new(h.x, h.y, h.z * side).into()));
+        let to = match *target {
+            Target::Direction(d) => return Some(d - m * (2.0 * d.dot(m))),
+            Target::Surface { position, .. } | Target::Point(position) => position - self.point,
+        };
+        // With s on the plane and R, which mirrors by m: to - s = t R (s - from), where t > 0 says by how much the second
+        // part of the way is longer. So (I + t R) s = to + t R from, along m and across; and s is on the plane where
+        // -height t² + b t + there = 0.
+        let n = self.normal * side;
+        let from_here = from - self.point;
+        let (height, there) = (n.dot(from_here), n.dot(to));
+        let (to_m, from_m, cos) = (to.dot(m), from_here.dot(m), n.dot(m));
+        let b = height - there + 2.0 * cos * (to_m - from_m);
+        let t = (b + (b * b + 4.0 * height * there).sqrt()) / (2.0 * height);
+        let across = ((to - m * to_m) + (from_here - m * from_m) * t) / (1.0 + t);
+        let s = across - m * (n.dot(across) / cos);
+        let is_seen = there > 0.0 && t > 0.0;
+        (s - from_here).try_normalize().filter(|_| is_seen)
     }
 
     #[inline(always)]
