@@ -32,6 +32,9 @@ const DISAGREEMENT: f32 = 0.125;
 /// No variance is taken to be less than this share of the mean: where nothing was seen to vary, there
 /// may still be what has not been seen.
 const FLOOR: f32 = 1e-2;
+/// To that mean no pixel adds more than so many times the square of the mean standard deviation: a highlight of a few pixels
+/// says nothing of the others.
+const MOST: f32 = 100.0;
 /// No variance is taken to be less than this share of the primal's mean variance.
 const LEAST_SHARE: f32 = 1e-5;
 /// So no weight is larger.
@@ -184,12 +187,12 @@ impl Weights {
         // In units of the primal's variance.
         let unit = [&v, &wx, &wy]
             .into_iter()
-            .map(|w| mean(w))
+            .map(|w| mean_of(w, |v| v))
             .find(|&m| m > 0.0)
             .unwrap_or(1.0);
         for w in [&mut v, &mut wx, &mut wy] {
             // Weights beyond this would drown the others in the rounding of 32-bit floats.
-            let floor = (FLOOR * mean(w)).max(LEAST_SHARE * unit);
+            let floor = (FLOOR * typical(w)).max(LEAST_SHARE * unit);
             w.par_iter_mut().for_each(|w| *w = unit / (*w + floor));
         }
         Self {
@@ -211,9 +214,16 @@ fn smoothed(variance: &[f32], width: usize) -> Vec<f32> {
     fine
 }
 
-fn mean(values: &[f32]) -> f32 {
+/// The mean of variances, but for those that are far above it.
+fn typical(variances: &[f32]) -> f32 {
+    let most = MOST * mean_of(variances, f32::sqrt).powi(2);
+    mean_of(variances, |v| v.min(most))
+}
+
+/// The mean of what `of` says of each.
+fn mean_of(values: &[f32], of: impl Fn(f32) -> f32 + Sync) -> f32 {
     // In parts, whose order does not depend on the number of threads.
-    let part = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
+    let part = |values: &[f32]| values.iter().map(|&v| f64::from(of(v))).sum::<f64>();
     let parts: Vec<f64> = values.par_chunks(1 << 14).map(part).collect();
     (parts.iter().sum::<f64>() / values.len().max(1) as f64) as f32
 }

@@ -192,6 +192,33 @@ fn an_outlier_stays_where_it_is() {
     assert!(weighted < 0.1 && plain > 1.0, "{weighted} {plain}");
 }
 
+/// A highlight of four pixels, with noise as large as it is bright, leaves the picture around it what it is without one.
+#[test]
+fn a_highlight_leaves_the_rest_as_it_is() {
+    let (w, h) = (256, 256);
+    let lit = |i: usize| (i % w / 2, i / w / 2) == (20, 30);
+    let far = |i: usize| (i % w).abs_diff(40) > 24 || (i / w).abs_diff(60) > 24;
+    let error = |brightness: f32| {
+        let mut truth = picture(w, h);
+        (0..w * h)
+            .filter(|&i| lit(i))
+            .for_each(|i| truth[i] += brightness);
+        let near = |i: usize| lit(i) || lit(i + 1) || lit(i + w);
+        let noise = |i: usize| {
+            let of_highlight = |there: bool| if there { 0.5 * brightness } else { 0.0 };
+            (0.1 + of_highlight(lit(i)), 0.02 + of_highlight(near(i)))
+        };
+        let made = solve(&halves(&truth, w, &noise, 5), w, Method::Weighted).picture;
+        let pairs = made.channels[0].iter().zip(&truth).enumerate();
+        let squares = pairs.filter(|(i, _)| far(*i));
+        squares
+            .map(|(_, (a, b))| f64::from(a - b).powi(2))
+            .sum::<f64>()
+    };
+    let (without, with) = (error(0.0), error(100.0));
+    assert!(with < 1.3 * without, "{with} against {without}");
+}
+
 /// A dot that value and differences of one half agree about: the other half knows better, and the light that it stands
 /// for stays in its neighbourhood.
 #[test]
