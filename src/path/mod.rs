@@ -155,9 +155,14 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether light without extent is sampled at surfaces of class specular.
-    fn aims_at_points(&self) -> bool {
-        self.aims && !self.scene.lights.punctual().is_empty()
+    /// The lanes in which light without extent is sampled at surfaces of class specular: those that `aims` says.
+    #[inline(always)]
+    fn aiming_at_points<const DIFFUSE: bool>(&self, aims: impl FnOnce() -> u32) -> u32 {
+        if !DIFFUSE && self.aims && !self.scene.lights.punctual().is_empty() {
+            aims()
+        } else {
+            0
+        }
     }
 
     /// Whether walks straight through glass follow the light step, with its samples that are not seen.
