@@ -40,6 +40,9 @@ impl Kind {
         Kind::RoughThin,
         Kind::Plastic,
     ];
+
+    /// Those that have microfacets and nothing else.
+    pub const MICROFACETS: [Kind; 3] = [Kind::Conductor, Kind::RoughGlass, Kind::RoughThin];
 }
 
 /// Of which kinds lanes are.
@@ -75,13 +78,11 @@ impl Kinds {
         self.there |= others.there;
     }
 
-    /// The lanes of what has microfacets and nothing else.
+    /// The lanes of [`Kind::MICROFACETS`].
     #[inline(always)]
     pub fn spreading(&self) -> u32 {
-        let kinds = [Kind::Conductor, Kind::RoughGlass, Kind::RoughThin];
-        kinds
-            .into_iter()
-            .fold(0, |lanes, kind| lanes | self.lanes[kind as usize])
+        let kinds = Kind::MICROFACETS.into_iter();
+        kinds.fold(0, |lanes, kind| lanes | self.lanes[kind as usize])
     }
 
     /// The kinds that are there, each with its lanes.

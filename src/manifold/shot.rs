@@ -135,10 +135,10 @@ impl Shot {
         let side = 1f32.copysign(cos_o);
         let is_rough = matches!(bsdf, Bsdf::Conductor { .. });
         let microfacet = self.microfacet.filter(|_| is_rough);
+        let microfacet = microfacet.map(|h| (Frame::<f32>::new(normal.into()), h));
         let (n, bent) = match microfacet {
             None => (normal * side, bent.map(|b| b * side)),
-            Some(h) => {
-                let frame = Frame::<f32>::new(normal.into());
+            Some((frame, h)) => {
                 let h = Vec3::new(h.x, h.y, h.z * side).into();
                 let turn = |b: Vec3| Vec3::from(frame.change(b.into()).to_world(h));
                 (Vec3::from(frame.to_world(h)), bent.map(turn))
@@ -190,8 +190,7 @@ impl Shot {
         // The coefficient and the probability; per solid angle of the microfacet's normal, if it is one.
         let eval = match microfacet {
             None => bsdf.eval_delta(local, lobe),
-            Some(_) => {
-                let frame = Frame::<f32>::new(normal.into());
+            Some((frame, _)) => {
                 let local = |v: Vec3| frame.to_local(v.into()).into();
                 let eval = bsdf.eval(local(wo), local(direction));
                 let per_normal = 4.0 * cos;

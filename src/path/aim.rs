@@ -13,6 +13,7 @@ use super::bounce::Flight;
 use super::chain::{self, Chains};
 use super::light::{self, SeenX8};
 use super::link::light_end;
+use super::pack::copy_own;
 use super::pool::Pool;
 use super::{Context, trace_closest};
 use crate::frame::Frame;
@@ -125,23 +126,18 @@ impl<const N: usize> BasePaths<N> {
             let hits = self.bounce.hits_of(&flight.ray, flight.alive, wi);
             flight.alive = aimed.seen(context, &hits, flight.alive);
             let (block, own) = (&self.blocks[at as usize], &self.own[at as usize]);
-            let number = to.blocks.len() as u32;
             let copy = to.blocks.next(|| Block::NONE);
             copy.clear();
             let own_copy = to.own.next(|| [const { VerticesX8::NONE }; N]);
             own_copy.iter_mut().for_each(VerticesX8::clear);
             for lane in lanes_of(flight.alive) {
                 copy.copy::<false>(lane, block, lane);
-                for ((to, from), offset) in own_copy.iter_mut().zip(own).zip(&block.offsets) {
-                    if offset.free() >> lane & 1 == 1 {
-                        to.copy::<false>(lane, from, lane);
-                    }
-                }
+                copy_own(own_copy, (lane, lane), own, &block.offsets);
                 copy.chain[lane] = chain::NONE;
             }
             (copy.primal, copy.to) = (Vec3x8::ZERO, [Vec3x8::ZERO; N]);
-            to.live.push(number);
         }
+        to.live.extend(0..to.blocks.len() as u32);
         let any = !to.live.is_empty();
         self.aimed = to;
         if any {

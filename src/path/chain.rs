@@ -68,10 +68,8 @@ impl Event {
         match (is(scattering.delta), is(scattering.transmits)) {
             (true, true) => Some(Self::Passed),
             (true, false) => Some(Self::Reflected),
-            (false, false) if !is(x.rough) => {
-                Some(Self::ByMicrofacet(x.microfacet(scattering, lane)))
-            }
-            (false, _) => None,
+            (false, _) => is(by_microfacets(x, scattering))
+                .then(|| Self::ByMicrofacet(x.microfacet(scattering, lane))),
         }
     }
 }

@@ -11,6 +11,7 @@ use super::Context;
 use super::base::{BasePaths, Block};
 use super::chain::NONE;
 use super::link::{LinksX8, Way, by_mirrors, draw, fits, probability, start, straight_on};
+use super::pack::copy_own;
 use crate::gradient::{Base, Offset};
 use crate::lanes::{LANES, Vec3x8, lanes_of, lanes_where, mask_of, positive};
 use crate::manifold::{Through, Walks};
@@ -83,13 +84,10 @@ impl<const N: usize> Kept<N> {
     pub(super) fn copy(&mut self, lane: usize, other: &Self, from: usize) {
         self.vertices.copy::<false>(lane, &other.vertices, from);
         self.throughput.set(lane, other.throughput.lane(from));
-        let offsets = self.offsets.iter_mut().zip(&other.offsets);
-        for ((offset, other), (own, others)) in offsets.zip(self.own.iter_mut().zip(&other.own)) {
+        for (offset, other) in self.offsets.iter_mut().zip(&other.offsets) {
             offset.copy(lane, other, from);
-            if other.free() >> from & 1 == 1 {
-                own.copy::<false>(lane, others, from);
-            }
         }
+        copy_own(&mut self.own, (lane, from), &other.own, &other.offsets);
     }
 }
 

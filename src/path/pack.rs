@@ -6,6 +6,7 @@ use super::chain::{self, Chains};
 use super::manifold::Kept;
 use super::pool::Pool;
 use crate::lanes::{LANES, lanes_of};
+use crate::shift::OffsetsX8;
 use crate::sums::PixelSample;
 use crate::vertex::VerticesX8;
 
@@ -60,12 +61,8 @@ impl<const N: usize> BasePaths<N> {
                     let to = &mut self.blocks[at_new];
                     to.copy::<DIFFUSE>(filled, block, from);
                     if !DIFFUSE {
-                        let own = &own[at as usize];
-                        for (j, offset) in block.offsets.iter().enumerate() {
-                            if offset.free() >> from & 1 == 1 {
-                                self.own[at_new][j].copy::<false>(filled, &own[j], from);
-                            }
-                        }
+                        let (to, own) = (&mut self.own[at_new], &own[at as usize]);
+                        copy_own(to, (filled, from), own, &block.offsets);
                         let chain = block.chain[from];
                         if chain != chain::NONE {
                             let lanes = (filled, from);
@@ -78,6 +75,20 @@ impl<const N: usize> BasePaths<N> {
         }
         self.live.clear();
         self.live.extend(0..self.blocks.len() as u32);
+    }
+}
+
+/// Puts the vertices that the offset paths `offsets` have for themselves in lane `from` of `own` into lane `lane`.
+pub(super) fn copy_own<const N: usize>(
+    to: &mut [VerticesX8; N],
+    (lane, from): (usize, usize),
+    own: &[VerticesX8; N],
+    offsets: &[OffsetsX8; N],
+) {
+    for ((to, own), offset) in to.iter_mut().zip(own).zip(offsets) {
+        if offset.free() >> from & 1 == 1 {
+            to.copy::<false>(lane, own, from);
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::mesh::Mesh;
 use super::texture::Texture;
 use super::textured::Textures;
+use crate::bsdf::packed::Kind;
 use crate::bsdf::{Bsdf, Parameters};
 use glam::Vec3;
 use serde::Serialize;
@@ -73,10 +74,7 @@ impl Material {
         let textures = self.textures.as_ref();
         let is_specular =
             self.class == Class::Specular || textures.is_some_and(|t| t.roughness.is_some());
-        let has_microfacets = matches!(
-            self.bsdf,
-            Bsdf::Conductor { .. } | Bsdf::RoughGlass { .. } | Bsdf::RoughThin { .. }
-        );
+        let has_microfacets = Kind::MICROFACETS.contains(&self.bsdf.kind());
         self.emission.is_none() && is_specular && has_microfacets
     }
 
