@@ -40,6 +40,8 @@ pub(super) struct Walk {
     pub(super) bent: (f32, Vec3),
     /// Whether it has begun again, in another direction, as it got nowhere.
     pub(super) again: bool,
+    /// Whether the shot was reflected by another patch than by that which is due. Such shots lead on, and do not arrive.
+    pub(super) strayed: bool,
     pub(super) shots: u32,
     /// Rays that it has traced, the last segment apart.
     pub(super) rays: u32,
@@ -69,6 +71,7 @@ impl Walk {
             share: 1.0,
             bent: (0.0, guess.unwrap_or(Vec3::X)),
             again: false,
+            strayed: false,
             shots: 1,
             rays: 0,
             result: Err(Failure::Missed),
@@ -107,7 +110,10 @@ impl Walk {
         };
         let reflector = scene.reflectors.of(hit.triangle);
         let lobe = match (reflector, due) {
-            (Some(met), Some(due)) if met == due => Lobe::Reflection,
+            (Some(met), Some(due)) if scene.reflectors.are_one(met, due) => {
+                self.strayed |= met != due;
+                Lobe::Reflection
+            }
             _ => Lobe::Transmission,
         };
         let focuses = |r| scene.reflectors.focuses(r);
@@ -264,6 +270,7 @@ impl Walk {
     fn shoot(&mut self, bend: f32, wi: Vec3) -> bool {
         let microfacet = self.through.microfacet();
         self.shot = Shot::new(&self.start, wi.normalize(), microfacet);
+        self.strayed = false;
         self.shot.bend = bend;
         self.shots += 1;
         true
@@ -272,6 +279,9 @@ impl Walk {
     /// The chain that has been found.
     fn arrive(&self, scene: &Scene, there: Vec3, distance: f32) -> Result<Link, Failure> {
         let shot = &self.shot;
+        if self.strayed {
+            return Err(Failure::Unsolved);
+        }
         // Each way through a ball is that of one branch.
         if let Through::Ball(reflector, branch) = self.through
             && let Some(ball) = scene.reflectors.ball(reflector)

@@ -164,11 +164,8 @@ impl<const N: usize> BasePaths<N> {
                 let by_microfacets = by_microfacets & flight.alive;
                 let single = delta & flight.alive;
                 for lane in lanes_of(block.in_chain() & (single | by_microfacets)) {
-                    let at = block.chain[lane];
-                    if let Some(chain) = self.chains.get(at) {
-                        let copies = self.copies[at as usize].iter_mut();
-                        copies.for_each(|copy| copy.scatter(chain, transmits >> lane & 1 == 1));
-                    }
+                    let copies = self.copies[block.chain[lane] as usize].iter_mut();
+                    copies.for_each(|copy| copy.scatter(transmits >> lane & 1 == 1));
                 }
                 let event = (&block.vertices, &flight.scattering);
                 self.chains

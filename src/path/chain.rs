@@ -105,11 +105,6 @@ impl Chain {
     pub(super) fn is(&self, link: &Link) -> bool {
         is_found(link, self.wi, self.trail)
     }
-
-    /// The reflector at which it is.
-    pub(super) fn reflector(&self) -> Option<u32> {
-        self.reflector
-    }
 }
 
 /// Whether a walk has found the chain that leaves its rough vertex in the direction `wi` and goes by `triangles`, see

@@ -4,7 +4,7 @@
 //! what no walk finds either: of its base path's kind, by the same mirrors where a walk might have found it by those,
 //! and not found.
 
-use super::chain::{Chain, NONE, is_found};
+use super::chain::{NONE, is_found};
 use super::link::light_end;
 use crate::lanes::{LANES, copy_bit, lanes_of, lanes_where};
 use crate::manifold::{Link, Through, trail};
@@ -23,8 +23,8 @@ pub(super) struct CopiedChain {
     triangle: u32,
     /// By which triangles it has gone, see [`trail`].
     trail: u32,
-    /// Whether it has been reflected by others than its base path.
-    by_others: bool,
+    /// By what it has been reflected; it may be others than its base path's.
+    by: Sequence,
     /// Where it ends.
     end: Option<Target>,
 }
@@ -35,14 +35,17 @@ impl CopiedChain {
         reflector: None,
         triangle: 0,
         trail: 0,
-        by_others: false,
+        by: Sequence::NONE,
         end: None,
     };
 
     /// Goes on as the chain `of` does. The normal of its microfacet, if it has one, is that of the base path's: copied.
-    pub(super) fn scatter(&mut self, of: &Chain, transmits: bool) {
+    pub(super) fn scatter(&mut self, transmits: bool) {
         self.trail = trail(self.trail, self.triangle);
-        self.by_others |= !transmits && self.reflector != of.reflector();
+        if let Some(reflector) = self.reflector.filter(|_| !transmits) {
+            // A longer one is of no kind that walks know.
+            self.by = self.by.and(reflector).unwrap_or(self.by);
+        }
     }
 
     /// Has met a surface with single directions.
@@ -63,14 +66,18 @@ impl CopiedChain {
         start: Vec3,
         way: Through,
     ) -> Option<(Target, Through)> {
-        let end = self.end.filter(|_| !self.by_others)?;
+        let end = self.end?;
         let through = match way {
             Through::Ball(reflector, branch) => {
                 let ball = scene.reflectors.ball(reflector)?;
                 let branch = ball.branch(branch.inside, start, self.wi, &end);
                 Through::Ball(reflector, branch)
             }
-            Through::Passage | Through::Mirrors(_) | Through::Microfacet(..) => way,
+            Through::Passage => way,
+            Through::Mirrors(_) => Through::Mirrors(self.by),
+            Through::Microfacet(_, normal) => {
+                Through::Microfacet(*self.by.numbers().first()?, normal)
+            }
         };
         Some((end, through))
     }

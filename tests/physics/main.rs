@@ -11,6 +11,7 @@ mod lanes;
 mod manifold;
 mod materials;
 mod mitsuba;
+mod patches;
 mod replay;
 mod shift;
 mod stability;

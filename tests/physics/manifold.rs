@@ -674,9 +674,7 @@ fn reflectors_are_found() {
 
     let round = ball(mirror(), 3, true);
     assert_eq!(round.reflectors.list().len(), 1);
-    assert!(
-        matches!(&round.reflectors.list()[0].form, Form::Curved(curved) if curved.points.len() > 20)
-    );
+    assert!(matches!(&round.reflectors.list()[0].form, Form::Curved(_)));
     let faceted = ball(mirror(), 1, false);
     assert!(faceted.reflectors.list().len() > 8);
 }

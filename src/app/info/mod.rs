@@ -81,6 +81,8 @@ struct ReflectorInfo {
     form: &'static str,
     /// GGX roughness.
     alpha: f32,
+    /// Into how many it is cut up.
+    patches: usize,
     triangles: u32,
     area: f32,
 }
@@ -202,17 +204,25 @@ fn materials(scene: &Scene) -> (Vec<MaterialInfo>, Vec<String>) {
 }
 
 fn reflectors(scene: &Scene) -> Vec<ReflectorInfo> {
-    let list = scene.reflectors.list().iter();
-    let info = list.zip(0..).map(|(r, number)| ReflectorInfo {
-        material: scene.materials[r.material as usize].name.clone(),
-        form: match r.form {
-            Form::Plane(_) => "flat",
-            Form::Curved(_) if scene.reflectors.ball(number).is_some() => "ball",
-            Form::Curved(_) => "curved",
-        },
-        alpha: r.alpha,
-        triangles: r.triangles,
-        area: r.area,
+    let list = scene.reflectors.list();
+    let surfaces = list
+        .iter()
+        .zip(0..)
+        .filter(|(r, number)| r.surface == *number);
+    let info = surfaces.map(|(r, number)| {
+        let patches = || list.iter().filter(|patch| patch.surface == number);
+        ReflectorInfo {
+            material: scene.materials[r.material as usize].name.clone(),
+            form: match r.form {
+                Form::Plane(_) => "flat",
+                Form::Curved(_) if scene.reflectors.ball(number).is_some() => "ball",
+                Form::Curved(_) => "curved",
+            },
+            alpha: r.alpha,
+            patches: patches().count(),
+            triangles: patches().map(|patch| patch.triangles).sum(),
+            area: patches().map(|patch| patch.area).sum(),
+        }
     });
     info.collect()
 }

@@ -58,19 +58,27 @@ pub(super) fn of(info: &Info) -> String {
     if info.cutouts > 0 {
         text += &format!("  {} triangles with holes\n", info.cutouts);
     }
-    let mut kinds: Vec<(String, usize)> = Vec::new();
+    let mut kinds: Vec<(String, usize, usize)> = Vec::new();
     for r in &info.reflectors {
         let mut kind = format!("{} of {}", r.form, r.material);
         if r.alpha > 0.0 {
             kind += &format!(" (alpha {:.4})", r.alpha);
         }
-        match kinds.iter_mut().find(|(k, _)| *k == kind) {
-            Some((_, count)) => *count += 1,
-            None => kinds.push((kind, 1)),
+        match kinds.iter_mut().find(|(k, ..)| *k == kind) {
+            Some((_, count, patches)) => {
+                *count += 1;
+                *patches += r.patches;
+            }
+            None => kinds.push((kind, 1, r.patches)),
         }
     }
     if !kinds.is_empty() {
-        let kinds = kinds.iter().map(|(kind, count)| format!("{count} {kind}"));
+        let kinds = kinds
+            .iter()
+            .map(|(kind, count, patches)| match patches > count {
+                true => format!("{count} {kind} in {patches} patches"),
+                false => format!("{count} {kind}"),
+            });
         let kinds: Vec<String> = kinds.collect();
         text += &format!(
             "reflectors, by which walks lead to lights: {}\n",

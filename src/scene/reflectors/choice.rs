@@ -193,7 +193,10 @@ impl Reflector {
                     seen
                 }
             }
-            Form::Curved(_) => of_all(self.reflectance),
+            Form::Curved(curved) => match &curved.patch {
+                None => of_all(self.reflectance),
+                Some(patch) => of_all(self.reflectance).only(patch.shows(from, targets)),
+            },
         }
     }
 

@@ -3,13 +3,16 @@
 use super::connected::{Edges, Groups};
 use super::{
     BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Sphere,
+    patch,
 };
 use crate::bsdf::{Bsdf, fresnel};
+use crate::lanes::{LANES, Vec3x8, positive};
 use crate::scene::light_grid::{Emitter, LightGrid};
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::Mesh;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
+use wide::f32x8;
 
 /// Points of a curved reflector where a search may begin.
 const GUESSES: usize = 48;
@@ -69,11 +72,11 @@ impl Reflectors {
             parts[part as usize].push(t);
             of_triangle[t as usize] = part;
         }
-        let mut list: Vec<Reflector> = parts
-            .iter()
-            .zip(is_plane)
-            .map(|(part, is_plane)| Reflector::new(mesh, materials, part, is_plane))
-            .collect();
+        let mut list: Vec<Reflector> = Vec::with_capacity(parts.len());
+        for (part, is_plane) in parts.iter().zip(is_plane) {
+            let number = list.len() as u32;
+            list.push(Reflector::new(mesh, materials, (part, number), is_plane));
+        }
         let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
         for side in sides {
             let outside = side.outside;
@@ -91,18 +94,21 @@ impl Reflectors {
                     *is_across = !*is_metal && side.is_across;
                 }
                 Form::Curved(curved) => {
-                    curved.points.iter_mut().for_each(|p| p.1 *= outside);
-                    curved.one_sided = true;
+                    curved.look(outside);
                     // A dent is none.
                     let bulges = |sphere: &Sphere| {
                         let mut points = curved.points.iter();
-                        points.all(|&(p, normal)| normal.dot(p - sphere.centre) > 0.0)
+                        let centre = Vec3x8::splat(sphere.centre);
+                        points.all(|&(p, normal)| positive(normal.dot(p - centre)).all())
                     };
                     let part = &parts[side.reflector as usize];
                     curved.sphere = Sphere::of(mesh, part).filter(bulges);
                 }
             }
         }
+
+        // What is curved and no sphere is cut up, unless there are many.
+        patch::cut_up(mesh, &mut list, parts, &mut of_triangle);
 
         // Balls, whose glass is inside.
         let mut balls = Vec::new();
@@ -165,7 +171,9 @@ impl Reflectors {
             pairs,
             worth: list
                 .iter()
-                .map(Reflector::worth)
+                .zip(0..)
+                .filter(|(r, number)| r.surface == *number)
+                .map(|(r, _)| r.worth())
                 .sum::<f32>()
                 .clamp(1e-3, 1.0),
             balls,
@@ -173,6 +181,16 @@ impl Reflectors {
             list,
             hindrance: None,
         }
+    }
+}
+
+impl Curved {
+    /// It is seen on one side alone: 1 for that of its normals, -1 for the other.
+    pub(super) fn look(&mut self, outside: f32) {
+        self.points
+            .iter_mut()
+            .for_each(|p| p.1 = p.1 * f32x8::splat(outside));
+        self.outside = Some(outside);
     }
 }
 
@@ -193,10 +211,15 @@ impl Reflector {
         a.reflectance * b.reflectance * a.area * b.area / (apart + a.area + b.area)
     }
 
-    fn new(mesh: &Mesh, materials: &[Material], triangles: &[u32], is_plane: bool) -> Self {
+    /// Of these triangles, in the surface with this number.
+    fn new(
+        mesh: &Mesh,
+        materials: &[Material],
+        (triangles, surface): (&[u32], u32),
+        is_plane: bool,
+    ) -> Self {
         let material = mesh.material_of[triangles[0] as usize];
         let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
-        let bounds = corners().fold(EMPTY, |b, p| around(b, (p, p)));
         let form = if is_plane {
             // Of the largest, whose normal is the most exact.
             let largest = triangles
@@ -211,8 +234,9 @@ impl Reflector {
         } else {
             Form::Curved(Curved {
                 points: spread(mesh, triangles),
-                one_sided: false,
+                outside: None,
                 sphere: None,
+                patch: None,
             })
         };
         let bsdf = &materials[material as usize].bsdf;
@@ -223,6 +247,7 @@ impl Reflector {
         };
         Self {
             material,
+            surface,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             is_across: false,
             alpha: match *bsdf {
@@ -234,7 +259,7 @@ impl Reflector {
             form,
             reflectance,
             is_metal,
-            bounds,
+            bounds: bounds(mesh, triangles),
         }
     }
 }
@@ -360,7 +385,7 @@ fn normal(mesh: &Mesh, triangle: u32) -> Vec3 {
 }
 
 /// Points in the middle of triangles, evenly by area, and the normals there.
-fn spread(mesh: &Mesh, triangles: &[u32]) -> Vec<(Vec3, Vec3)> {
+pub(super) fn spread(mesh: &Mesh, triangles: &[u32]) -> Vec<(Vec3x8, Vec3x8)> {
     let total: f64 = triangles.iter().map(|&t| f64::from(mesh.area(t))).sum();
     let count = GUESSES.min(triangles.len());
     let mut points = Vec::with_capacity(count);
@@ -373,7 +398,21 @@ fn spread(mesh: &Mesh, triangles: &[u32]) -> Vec<(Vec3, Vec3)> {
             points.push((point.position, point.ns));
         }
     }
-    points
+    let eight = points.chunks(LANES).map(|some| {
+        // The last ones repeat one.
+        let at = |lane: usize| some[lane.min(some.len() - 1)];
+        [
+            Vec3x8::from_lanes(|lane| at(lane).0),
+            Vec3x8::from_lanes(|lane| at(lane).1),
+        ]
+    });
+    eight.map(|[p, n]| (p, n)).collect()
+}
+
+/// What encloses triangles.
+pub(super) fn bounds(mesh: &Mesh, triangles: &[u32]) -> Bounds {
+    let corners = triangles.iter().flat_map(|&t| mesh.corners(t));
+    corners.fold(EMPTY, |b, p| around(b, (p, p)))
 }
 
 const EMPTY: Bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);

@@ -1,7 +1,9 @@
 //! Where the search for a chain begins.
 
 use super::{Curved, Form, Reflectors, Sequence, Target};
+use crate::lanes::{Float, LANES, Vec3x8, positive};
 use glam::Vec3;
+use wide::f32x8;
 
 impl Reflectors {
     /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
@@ -85,18 +87,31 @@ impl Curved {
 
     /// The point at which the half vector of the ways to `from` and to `target` is the nearest to the normal.
     fn best(&self, from: Vec3, target: &Target) -> Option<Vec3> {
-        let mut best = (0.0, None);
+        let from = Vec3x8::splat(from);
+        let (to, is_distant) = match *target {
+            Target::Surface { position, .. } | Target::Point(position) => (position, false),
+            Target::Direction(direction) => (direction, true),
+        };
+        let to = Vec3x8::splat(to);
+        // The squared cosine of the angle between them, and the point: in each lane the best, of equal ones the first.
+        let mut best = (f32x8::ZERO, Vec3x8::ZERO);
         for &(p, normal) in &self.points {
-            let here = (from - p).normalize_or_zero();
-            let there = target.towards(p).normalize_or_zero();
+            let (here, there) = (from - p, if is_distant { to } else { to - p });
             let (cos_o, cos_i) = (normal.dot(here), normal.dot(there));
-            let seen = cos_o * cos_i > 0.0 && !(self.one_sided && cos_o < 0.0);
-            let fits = (here + there).normalize_or_zero().dot(normal).abs();
-            if seen && fits > best.0 {
-                best = (fits, Some(p));
+            let mut seen = positive(cos_o * cos_i);
+            if self.outside.is_some() {
+                seen &= positive(cos_o);
             }
+            let half = here * here.length_recip() + there * there.length_recip();
+            let cos = normal.dot(half);
+            let fits = (cos * cos / half.dot(half)).only(seen);
+            let better = fits.above(best.0);
+            best.0 = f32x8::select(better, fits, best.0);
+            best.1 = Vec3x8::select(better, p, best.1);
         }
-        best.1
+        let fits = best.0.as_array();
+        let lane = (0..LANES).max_by(|&a, &b| fits[a].total_cmp(&fits[b]).then(b.cmp(&a)))?;
+        (fits[lane] > 0.0).then(|| best.1.lane(lane))
     }
 }
 

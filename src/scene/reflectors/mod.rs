@@ -9,17 +9,20 @@ mod choice;
 mod connected;
 mod find;
 mod guess;
+mod patch;
 mod plane;
 mod sphere;
 mod target;
 
 pub use ball::{Ball, Branch, Inside, Part};
 pub use choice::Choice;
+pub use patch::Patch;
 pub use plane::Plane;
 pub use sphere::Sphere;
 pub use target::{Target, Targets};
 
 use super::light_grid::LightGrid;
+use crate::lanes::Vec3x8;
 use glam::Vec3;
 
 /// The reflectors of a scene.
@@ -47,6 +50,8 @@ pub struct Reflectors {
 pub struct Reflector {
     /// Index into [`Scene::materials`](super::Scene::materials).
     pub material: u32,
+    /// The number of the first patch of its surface, its own where that is not cut up.
+    pub surface: u32,
     /// How many triangles it has.
     pub triangles: u32,
     /// Its area.
@@ -79,12 +84,14 @@ pub enum Form {
 /// Points on a curved reflector.
 #[derive(Clone, Debug)]
 pub struct Curved {
-    /// Points spread over it, with the unit normals there.
-    pub points: Vec<(Vec3, Vec3)>,
-    /// Whether it is seen on the side of the normals alone.
-    one_sided: bool,
+    /// Points spread over it, with the unit normals there, eight by eight.
+    points: Vec<(Vec3x8, Vec3x8)>,
+    /// The side on which alone it is seen, if it is one: 1 for that of the mesh's normals, -1 for the other.
+    outside: Option<f32>,
     /// The sphere that it is, or a part of it, seen from outside.
     sphere: Option<Sphere>,
+    /// The part that it is of a surface, if that is cut up.
+    patch: Option<Patch>,
 }
 
 type Bounds = (Vec3, Vec3);
@@ -133,7 +140,7 @@ pub struct Sequence {
 
 impl Sequence {
     /// None at all.
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         numbers: [NONE; Self::MOST],
         len: 0,
     };
@@ -198,6 +205,12 @@ impl Reflectors {
     pub fn of(&self, triangle: u32) -> Option<u32> {
         let reflector = self.of_triangle.get(triangle as usize).copied();
         reflector.filter(|&r| r != NONE)
+    }
+
+    /// Whether two reflectors are patches of one surface, or the same.
+    #[inline]
+    pub fn are_one(&self, a: u32, b: u32) -> bool {
+        a == b || self.list[a as usize].surface == self.list[b as usize].surface
     }
 
     /// GGX roughness of a reflector, see [`Reflector::alpha`].
