@@ -43,6 +43,8 @@ pub struct Metered<'a> {
     /// The part of it that is seen directly: lamps and environment, which do not count where there is
     /// anything else.
     pub direct: &'a Image,
+    /// Whether samples of a pixel have found any other light. Where they have not, a picture shows what a solver leaves.
+    pub lit: &'a [bool],
     /// The share of each pixel that the scene covers, from 0 to 1.
     pub coverage: &'a [f32],
     /// Reflectance of what is seen, over black; where it is not known, middle grey is assumed.
@@ -72,6 +74,7 @@ struct Cell {
     light: f32,
     albedo: f32,
     coverage: f32,
+    is_lit: bool,
 }
 
 /// The exposure in stops that shows the lit part of a picture in tones that suit it: its log-average
@@ -85,7 +88,7 @@ fn meter(metered: &Metered) -> f32 {
     let luminance = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
     // Of what light, over what share of each pixel, and with what reflectance.
     type Of<'a, T> = &'a dyn Fn(usize) -> T;
-    let cells = |light: Of<Vec3>, coverage: Of<f32>, albedo: Option<&Image>| {
+    let cells = |light: Of<Vec3>, lit: Of<bool>, coverage: Of<f32>, albedo: Option<&Image>| {
         let mut cells = vec![Cell::default(); columns * metered.image.height.div_ceil(side)];
         for index in 0..width * metered.image.height {
             let (light, coverage) = (luminance(light(index)), coverage(index));
@@ -96,16 +99,18 @@ fn meter(metered: &Metered) -> f32 {
                 let albedo = albedo.map(|albedo| luminance(albedo.get(index)));
                 cell.albedo += albedo.unwrap_or(coverage * MIDDLE_GREY);
                 cell.coverage += coverage;
+                cell.is_lit |= lit(index);
             }
         }
-        cells.retain(|cell| cell.light > 0.0 && cell.coverage > 0.0);
+        cells.retain(|cell| cell.is_lit && cell.light > 0.0 && cell.coverage > 0.0);
         cells
     };
     let (image, direct) = (metered.image, metered.direct);
     let reflected = |index| image.get(index) - direct.get(index);
-    let mut lit = cells(&reflected, &|i| metered.coverage[i], metered.albedo);
+    let (is_lit, coverage) = (|i: usize| metered.lit[i], |i: usize| metered.coverage[i]);
+    let mut lit = cells(&reflected, &is_lit, &coverage, metered.albedo);
     if lit.is_empty() {
-        lit = cells(&|index| image.get(index), &|_| 1.0, None);
+        lit = cells(&|index| image.get(index), &|_| true, &|_| 1.0, None);
     }
     if lit.is_empty() {
         return 0.0;
@@ -150,6 +155,7 @@ mod tests {
         meter(&Metered {
             image,
             direct,
+            lit: &[true; SIDE * SIDE],
             coverage: &[coverage; SIDE * SIDE],
             albedo: albedo.map(constant).as_ref(),
         })
@@ -198,6 +204,23 @@ mod tests {
         assert_eq!(stops(&lamp, &lamp, 1.0, None), -2.0);
         assert_eq!(stops(&lamp, &lamp, 0.0, None), -2.0);
         assert_eq!(stops(&black, &black, 0.0, None), 0.0);
+    }
+
+    /// A solver leaves a little light in what is black, however much of the picture that is.
+    #[test]
+    fn what_no_sample_found_lit_does_not_count() {
+        let mut image = constant(1e-5);
+        let is_lit = |i: usize| i / SIDE < 10;
+        let lit: Vec<bool> = (0..SIDE * SIDE).map(is_lit).collect();
+        (0..10 * SIDE).for_each(|i| image.set(i, Vec3::splat(0.09)));
+        let stops = meter(&Metered {
+            image: &image,
+            direct: &constant(0.0),
+            lit: &lit,
+            coverage: &[1.0; SIDE * SIDE],
+            albedo: None,
+        });
+        assert_eq!(stops, 1.0);
     }
 
     #[test]

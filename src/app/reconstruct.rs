@@ -20,6 +20,7 @@ use crate::picture::{self, Direct};
 use crate::progress::Reporter;
 use crate::reconstruct::error_estimate::HalfPictures;
 use crate::reconstruct::{Alpha, Kind, Solution, Source};
+use glam::Vec3;
 use std::path::Path;
 
 /// What the files hold.
@@ -123,10 +124,16 @@ pub fn reconstruct(args: &ReconstructArgs) -> Result<Ended> {
         coverage,
         background: *background,
     };
+    let lit = || -> Vec<bool> {
+        let primals = || [Some(&*first), second.as_ref()].into_iter().flatten();
+        let is_lit = |pixel| primals().any(|e| e.primal.get(pixel) != Vec3::ZERO);
+        (0..width * height).map(is_lit).collect()
+    };
     let shown = (format != Format::Exr).then(|| Shown {
         exposure: args.making.exposure.stops(&Metered {
             image: &made.image,
             direct: &direct.all,
+            lit: &lit(),
             coverage,
             albedo: albedo.as_ref(),
         }),

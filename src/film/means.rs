@@ -209,6 +209,15 @@ impl Film {
         image
     }
 
+    /// Whether any sample of a pixel has found light that is not seen directly.
+    pub fn lit(&self) -> Vec<bool> {
+        let mut lit = vec![false; self.window.pixels()];
+        self.for_each(|index, pixel| {
+            lit[index] = pixel.halves.iter().any(|h| h.primal != Vec3::ZERO);
+        });
+        lit
+    }
+
     /// Means of what the camera rays met.
     pub fn first_hits(&self) -> FirstHits {
         let mut hits = FirstHits {

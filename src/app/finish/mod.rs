@@ -122,6 +122,7 @@ pub(super) fn stops(exposure: Exposure, film: &Film, picture: &Picture, hits: &F
     exposure.stops(&Metered {
         image: &picture.image,
         direct: &film.direct(Halves::Both),
+        lit: &film.lit(),
         coverage: &hits.coverage,
         albedo: Some(&hits.albedo),
     })
