@@ -6,14 +6,17 @@
 
 use super::error_estimate::HalfPictures;
 use super::weighted::Channel;
-use super::witness::Crossing;
+use super::witness::{Alike, Crossing};
 use super::{Reconstruction, Source, mix, weighted};
 use crate::denoise::Denoiser;
 use crate::image::Image;
 use std::time::Instant;
 
-/// Over so many pixels the errors of a denoiser's differences are alike.
-const REACH: f32 = 3.0;
+/// The errors of a denoiser's differences.
+const ALIKE: Alike = Alike {
+    reach: 4.0,
+    dots: false,
+};
 
 /// The picture; its halves are made of one half of the samples each, and beside them stands the weighted picture's pair,
 /// against which bias is measured. Both halves need the samples that weighted needs.
@@ -30,7 +33,7 @@ pub(super) fn solve(source: &Source, denoiser: &Denoiser) -> Reconstruction {
             &of_channel,
             planes(&weighted, channel),
             &denoised.each_ref().map(|images| planes(images, channel)),
-            REACH,
+            ALIKE,
         );
         for (values, picture) in crossed.iter_mut().enumerate() {
             solution += crossing.solve(values, 1 - values, &mut picture.channels[channel]);

@@ -8,15 +8,15 @@
 //! place where these weights see the noise; it sees only how large it is, not where it points.
 //!
 //! A dot that all differences around it agree about stays so: of its half nothing contradicts it. The other half's picture
-//! does. Its differences, as [witnesses](super::witness), take 5 to 80 % of the error away, most where samples are few and
-//! some of them rare.
+//! does. Its differences, as [witnesses](super::witness), take nothing to nine tenths of the error away, most where samples are
+//! few and some of them rare.
 
 use super::blur::blur;
 use super::conjugate_gradient::Solver;
 use super::dct::ScreenedPoisson;
 use super::error_estimate::HalfPictures;
 use super::multigrid::Operator;
-use super::witness::Crossing;
+use super::witness::{Alike, Crossing};
 use super::{PAPER_ALPHA, Reconstruction, Solution, Source, l2};
 use crate::estimate::Planes;
 use crate::image::Image;
@@ -45,8 +45,11 @@ const TOLERANCE: f64 = 1.5e-3;
 /// Fewer samples in a half do not tell a variance.
 pub(super) const LEAST_SAMPLES: u64 = 2;
 
-/// Over so many pixels the errors of the other half's picture are alike: they are single dots.
-const REACH: f32 = 1.5;
+/// The errors of the other half's picture: single dots, and others.
+const ALIKE: Alike = Alike {
+    reach: 3.0,
+    dots: true,
+};
 
 /// The picture, and as its halves those that have no part in each other. Both need [`LEAST_SAMPLES`].
 pub(super) fn solve(source: &Source) -> Reconstruction {
@@ -70,7 +73,7 @@ pub(super) fn improved(source: &Source) -> (Image, [Image; 2], Solution) {
         let channel = Channel::new(source, c);
         solution += channel.solve(&poisson, halves.each_mut().map(|h| &mut h.channels[c]));
         let of_halves = halves.each_ref().map(|half| &half.channels[c][..]);
-        let crossing = Crossing::by_each_other(&channel, of_halves, REACH);
+        let crossing = Crossing::by_each_other(&channel, of_halves, ALIKE);
         for (values, picture) in crossed.iter_mut().enumerate() {
             let picture = &mut picture.channels[c];
             // Near enough to begin with.
