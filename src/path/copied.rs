@@ -1,8 +1,7 @@
 //! Chains of offset paths that copy the half vectors of their base paths' chains.
 //!
 //! What a walk finds has the walk's shift; all else copies. So that each shift can be undone, a copy must be one of
-//! what no walk finds either: of its base path's kind, by the same mirrors where a walk might have found it by those,
-//! and not found.
+//! what no walk finds either: of its base path's kind, and not found by what it goes by itself.
 
 use super::chain::{NONE, is_found};
 use super::link::light_end;
@@ -39,7 +38,7 @@ impl CopiedChain {
         end: None,
     };
 
-    /// Goes on as the chain `of` does. The normal of its microfacet, if it has one, is that of the base path's: copied.
+    /// Goes on as its base path does. The normal of its microfacet, if it has one, is that of the base path's: copied.
     pub(super) fn scatter(&mut self, transmits: bool) {
         self.trail = trail(self.trail, self.triangle);
         if let Some(reflector) = self.reflector.filter(|_| !transmits) {

@@ -353,8 +353,8 @@ impl<const N: usize> BasePaths<N> {
 }
 
 impl<const N: usize> BasePaths<N> {
-    /// Of a path in a lane that BSDF sampling alone finds: walks that may find the copies of its offset paths. Those that
-    /// go by others are of another kind, and dead.
+    /// Of a path in a lane that BSDF sampling alone finds: walks that may find the copies of its offset paths, which
+    /// are dead then.
     fn check_copies(
         &mut self,
         scene: &Scene,

@@ -1,13 +1,16 @@
 //! Curved mirrors that are cut up: every part shows what it reflects, and walks that begin there find it.
 
-use crate::common::{Rng, shipped, tracer};
+use crate::common::{Rng, mirror, shipped, tracer};
+use gdpt::error::Warnings;
 use gdpt::lanes::{Float, Vec3x8};
+use gdpt::load::obj::ObjFile;
 use gdpt::manifold::{Start, Through, Walks};
-use gdpt::scene::Scene;
 use gdpt::scene::reflectors::{Form, Sequence, Target, Targets};
+use gdpt::scene::{Scene, SceneSettings};
 use gdpt::trace::rays::{ClosestBatch, Hit, Ray};
 use gdpt::trace::{RayKind, Traverse};
 use glam::Vec3;
+use std::path::Path;
 
 fn hit(tracer: &dyn Traverse, from: Vec3, direction: Vec3) -> Option<Hit> {
     let mut rays = ClosestBatch::default();
@@ -107,6 +110,70 @@ fn ways_by_patches_are_shown_and_found() {
     }
     // By the whole ring and the whole bowl walks find 0.73 of them.
     assert!(found > 1800, "{found} of {}", ways.len());
+}
+
+/// A mirror that is bent a little: a strip of a cylinder of radius 10 about the z axis, 2 wide and 2 long.
+fn bent() -> Scene {
+    const SIDE: u32 = 12;
+    let mut file = ObjFile {
+        materials: vec![mirror()],
+        ..Default::default()
+    };
+    for i in 0..=SIDE {
+        for j in 0..=SIDE {
+            let angle = 0.2 * (i as f32 / SIDE as f32 - 0.5);
+            let out = Vec3::new(angle.sin(), angle.cos(), 0.0);
+            let along = Vec3::Z * (2.0 * j as f32 / SIDE as f32 - 1.0);
+            file.positions.push(10.0 * out + along);
+            file.normals.push(out);
+        }
+    }
+    for i in 0..SIDE {
+        for j in 0..SIDE {
+            let first = i * (SIDE + 1) + j;
+            for t in [[0, 1, SIDE + 2], [0, SIDE + 2, SIDE + 1]] {
+                let numbers = t.map(|corner| first + corner);
+                file.triangles.push(numbers);
+                file.normal_triangles.push(numbers);
+                file.material_of.push(0);
+            }
+        }
+    }
+    let settings = SceneSettings {
+        size: (8, 8),
+        ..Default::default()
+    };
+    let mut warnings = Warnings::new(false);
+    Scene::build(Path::new("bent.obj"), file, &settings, &mut warnings).unwrap()
+}
+
+/// From all sides, grazing ones too: light of points that a mirror does not show would be lost.
+#[test]
+fn a_bent_mirror_shows_all_that_it_reflects() {
+    let scene = bent();
+    assert_eq!(scene.reflectors.list().len(), 1);
+    let mut rng = Rng(9);
+    for _ in 0..20_000 {
+        let triangle = (rng.next() * scene.mesh.triangles.len() as f32) as u32;
+        let (u, v) = (rng.next(), rng.next());
+        let (u, v) = if u + v > 1.0 {
+            (1.0 - u, 1.0 - v)
+        } else {
+            (u, v)
+        };
+        let p = scene.mesh.point(triangle, u, v);
+        let mut away = rng.unit_vector();
+        away -= p.ns * (p.ns.dot(away) * rng.next());
+        let way = away.normalize();
+        let on = p.ns * (2.0 * p.ns.dot(way)) - way;
+        let mut distance = || 0.2 + 6.0 * rng.next() * rng.next();
+        let from = Vec3x8::splat(p.position + way * distance());
+        let target = Target::Point(p.position + on * distance());
+        let targets = Targets::gather(|_| Some(target));
+        let by = [Some(Sequence::of(0)); 8];
+        let shown = scene.reflectors.probability(&by, from, &targets, true);
+        assert!(shown.lane(0) > 0.0, "{way} {from:?}");
+    }
 }
 
 /// All of a surface is in one of its patches, and no more.

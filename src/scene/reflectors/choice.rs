@@ -15,6 +15,9 @@ pub struct Choice {
     pub probability: f32x8,
 }
 
+/// How much less a patch of nearly smooth metal is chosen where only microfacets that are turned far may show something.
+const BY_CHANCE: f32 = 0.1;
+
 /// Weights of singles, then of pairs, and their sum.
 struct Weights {
     each: [f32x8; MANY + PAIRS],
@@ -195,7 +198,14 @@ impl Reflector {
             }
             Form::Curved(curved) => match &curved.patch {
                 None => of_all(self.reflectance),
-                Some(patch) => of_all(self.reflectance).only(patch.shows(from, targets)),
+                Some(patch) => {
+                    let seen = of_all(self.reflectance).only(patch.shows(from, targets));
+                    if self.alpha > 0.0 {
+                        seen.larger(of_all(BY_CHANCE * self.reflectance))
+                    } else {
+                        seen
+                    }
+                }
             },
         }
     }

@@ -44,7 +44,7 @@ impl Patch {
         let middle = (sum[0] / total).as_vec3();
         let normal = sum[1].normalize_or(glam::DVec3::Z).as_vec3();
         let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
-        let normals = triangles.iter().flat_map(|&t| corner_normals(mesh, t));
+        let normals = triangles.iter().flat_map(|&t| normals_of(mesh, t));
         Self {
             middle,
             normal: normal * outside.unwrap_or(1.0),
@@ -73,8 +73,11 @@ impl Patch {
                 f32x8::splat(ANY),
             )
         };
-        let turned = tangent(here) + tangent(there).only(!targets.distant);
-        let most = f32x8::splat(self.turned) + turned / length;
+        let moved = (tangent(here) + tangent(there).only(!targets.distant)) / length;
+        // What is moved by so much of its length is turned by the arcsine, which is below this.
+        let rest = f32x8::ONE - moved * moved;
+        let turned = f32x8::select(positive(rest), moved / rest.root(), f32x8::splat(ANY));
+        let most = f32x8::splat(self.turned) + turned;
         let cos = half.dot(Vec3x8::splat(self.normal)) / length;
         let cos = if self.one_sided { cos } else { cos.magnitude() };
         // The cosine of an angle is above 1 less half its square.
@@ -211,8 +214,9 @@ impl Piece {
     }
 }
 
-/// Of a triangle with normals, of which only such ones are curved.
-fn corner_normals(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
-    let flat = || [mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng; 3];
-    mesh.corner_normals(triangle).unwrap_or_else(flat)
+/// By what a triangle may reflect: the normals of its corners, and its own where these are seen from behind.
+fn normals_of(mesh: &Mesh, triangle: u32) -> impl Iterator<Item = Vec3> {
+    let own = mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng;
+    let corners = mesh.corner_normals(triangle);
+    corners.into_iter().flatten().chain([own])
 }
