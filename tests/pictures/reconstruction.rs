@@ -109,9 +109,10 @@ proptest! {
         let (dx, dy) = gradients(&image);
         let problem = Problem { primal: &image, dx: &dx, dy: &dy };
         for picture in [l2::solve(&problem, alpha), l1::solve(&problem, alpha).0] {
-            for i in 0..w * h {
-                prop_assert!((picture.get(i) - image.get(i)).abs().max_element() < 2e-4);
-            }
+            let error = |i| (picture.get(i) - image.get(i)).abs().max_element();
+            let largest = (0..w * h).map(error).fold(0.0, f32::max);
+            // The mean of the differences is 0 but for rounding, and is divided by alpha².
+            prop_assert!(largest < 5e-6 + 2e-7 / (alpha * alpha), "{largest} with {alpha}");
         }
     }
 }
