@@ -90,7 +90,7 @@ pub struct Curved {
     outside: Option<f32>,
     /// The sphere that it is, or a part of it, seen from outside.
     sphere: Option<Sphere>,
-    /// The part that it is of a surface, if that is cut up.
+    /// What it may show, if it is no sphere: as a part of a surface, or all of it.
     patch: Option<Patch>,
 }
 
