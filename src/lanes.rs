@@ -1,7 +1,7 @@
 //! Numbers and vectors in lanes: what is written once over [`Float`] runs for one path, or for the eight of a
 //! block at once.
 //!
-//! Each operation rounds as glam's does for one vector, so what is computed in lanes has the bits of what
+//! Each operation but those on angles rounds as glam's does for one vector, so what is computed in lanes has the bits of what
 //! is computed one by one.
 
 use glam::Vec3;
@@ -45,6 +45,12 @@ pub trait Float:
     fn root(self) -> Self;
     /// Arcsines of numbers in [−1, 1].
     fn arcsine(self) -> Self;
+    /// The angles in [−π, π] of points with these ordinates and those abscissae.
+    fn angle_at(self, x: Self) -> Self;
+    /// Sines and cosines.
+    fn sine_and_cosine(self) -> (Self, Self);
+    /// The largest whole numbers that are not larger.
+    fn whole(self) -> Self;
     /// Numbers without their signs.
     fn magnitude(self) -> Self;
     /// With the signs of `other`.
@@ -144,6 +150,18 @@ impl Float for f32 {
         self.asin()
     }
     #[inline(always)]
+    fn angle_at(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    #[inline(always)]
+    fn sine_and_cosine(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    #[inline(always)]
+    fn whole(self) -> Self {
+        self.floor()
+    }
+    #[inline(always)]
     fn magnitude(self) -> Self {
         self.abs()
     }
@@ -238,6 +256,18 @@ impl Float for f32x8 {
     #[inline(always)]
     fn arcsine(self) -> Self {
         self.asin()
+    }
+    #[inline(always)]
+    fn angle_at(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    #[inline(always)]
+    fn sine_and_cosine(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    #[inline(always)]
+    fn whole(self) -> Self {
+        self.floor()
     }
     #[inline(always)]
     fn magnitude(self) -> Self {

@@ -1,9 +1,10 @@
 //! What eight rays have met.
 
 use super::Context;
-use super::by_light::{ByLight, radiance};
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
+use super::by_light::ByLight;
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of};
 use crate::scene::Scene;
+use crate::scene::environment::Environment;
 use crate::scene::material::Material;
 use crate::trace::rays::HitsX8;
 use crate::vertex::{Interaction, VerticesX8};
@@ -53,26 +54,49 @@ impl<'a> Arrival<'a> {
             ways: [ByLight::Never; LANES],
             by_light: f32x8::ZERO,
         };
-        let mut ends = lights;
-        if !scene.environment.is_black() {
-            ends |= rays & !hits.found;
-        }
-        for lane in lanes_of(ends) {
+        for lane in lanes_of(lights) {
             let end = Interaction::in_lane(scene, hits, lane);
             // Light sampling leaves the backs of lights out, and so does everything else.
-            if matches!(&end, Interaction::Light(light) if !light.front) {
-                continue;
-            }
-            let (from, wi) = (left.from.lane(lane), hits.direction.lane(lane));
-            arrival.ends |= 1 << lane;
-            arrival.radiance.set(lane, radiance(scene, &end, wi));
-            if left.lit >> lane & 1 == 1 {
-                let way = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
-                arrival.by_light.set_lane(lane, way.density(scene, from));
-                arrival.ways[lane] = way;
+            if let Interaction::Light(light) = &end
+                && light.front
+            {
+                arrival.ends |= 1 << lane;
+                arrival.radiance.set(lane, light.radiance);
+                if left.lit >> lane & 1 == 1 {
+                    let (from, wi) = (left.from.lane(lane), hits.direction.lane(lane));
+                    let way = ByLight::of(scene, from, &end, wi, left.pdf.lane(lane));
+                    arrival.by_light.set_lane(lane, way.density(scene, from));
+                    arrival.ways[lane] = way;
+                }
             }
         }
+        let open = rays & !hits.found;
+        if open != 0 && !scene.environment.is_black() {
+            arrival.see(scene, hits.direction, open, left);
+        }
         arrival
+    }
+
+    /// Finds the environment in the lanes `open`.
+    fn see(&mut self, scene: &Scene, directions: Vec3x8, open: u32, left: Left) {
+        self.ends |= open;
+        let radiance = match &scene.environment {
+            // It is not sampled as a light.
+            Environment::Constant(radiance) => Vec3x8::splat(*radiance),
+            Environment::Map(map) => {
+                let seen = map.seen(directions, open);
+                let lit = open & left.lit;
+                if lit != 0 {
+                    let by_light = f32x8::splat(scene.lights.sky()) * seen.density() / left.pdf;
+                    self.by_light = mask_of(lit).select(by_light, self.by_light);
+                    for lane in lanes_of(lit) {
+                        self.ways[lane] = ByLight::Sky(by_light.lane(lane));
+                    }
+                }
+                seen.radiance()
+            }
+        };
+        self.radiance = Vec3x8::select(mask_of(open), radiance, self.radiance);
     }
 
     /// Density of light sampling from other vertices in the lanes `others`, over that of BSDF sampling at x_k.

@@ -5,15 +5,6 @@ use crate::scene::Scene;
 use crate::vertex::Interaction;
 use glam::Vec3;
 
-/// What arrives from the end of a path, in the direction `wi`.
-#[inline]
-pub(super) fn radiance(scene: &Scene, end: &Interaction, wi: Vec3) -> Vec3 {
-    match end {
-        Interaction::Light(light) => light.radiance,
-        _ => scene.environment.radiance(wi),
-    }
-}
-
 /// How light sampling would have made a path that BSDF sampling made.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ByLight {
@@ -38,7 +29,10 @@ impl ByLight {
                     triangle: light.triangle,
                     scale: 1.0 / (g * pdf),
                 }),
-            (_, Some(map)) => ByLight::Sky(scene.lights.sky() * map.density(wi) / pdf),
+            (_, Some(map)) => {
+                let density = map.seen::<f32>(wi.into(), 1).density();
+                ByLight::Sky(scene.lights.sky() * density / pdf)
+            }
             // A constant environment is not sampled as a light.
             (_, None) => ByLight::Never,
         }

@@ -377,13 +377,17 @@ fn first_hits(
     let camera = &context.scene.camera;
     let normals = features::normals(vertices, hits.direction);
     let mut going_on = 0;
+    let wanted = lanes_where(first_lanes(pixels.len()), |lane| pixels[lane] != NONE);
+    let open = wanted & !hits.found;
+    let background = if open != 0 {
+        context.scene.seen_directly(hits.direction, open)
+    } else {
+        Vec3x8::ZERO
+    };
     let way = Vec3x8::splat(camera.origin) - vertices.position;
     let distance = way.dot(way).root();
-    for (lane, &pixel) in pixels.iter().take(LANES).enumerate() {
-        if pixel == NONE {
-            continue;
-        }
-        let pixel = pixel as usize;
+    for lane in lanes_of(wanted) {
+        let pixel = pixels[lane] as usize;
         let (sample, sums) = (&mut samples[pixel], &mut sums.pixels[pixel].auxiliary);
         if surfaces >> lane & 1 == 1 {
             sample.coverage = 1.0;
@@ -396,17 +400,13 @@ fn first_hits(
             }
             continue;
         }
-        match Interaction::in_lane(context.scene, hits, lane) {
-            Interaction::Environment(direction) => {
-                sample.direct = context.scene.seen_directly(direction);
-            }
-            Interaction::Light(light) => {
-                sample.coverage = 1.0;
-                sample.direct = light.radiance;
-                sums.first_hit(camera.origin.distance(light.position));
-                features::add_light(sums, light.radiance, light.ng, Vec3::ONE);
-            }
-            Interaction::Surface(_) => (),
+        if open >> lane & 1 == 1 {
+            sample.direct = background.lane(lane);
+        } else if let Interaction::Light(light) = Interaction::in_lane(context.scene, hits, lane) {
+            sample.coverage = 1.0;
+            sample.direct = light.radiance;
+            sums.first_hit(camera.origin.distance(light.position));
+            features::add_light(sums, light.radiance, light.ng, Vec3::ONE);
         }
     }
     going_on

@@ -1,6 +1,8 @@
 //! Light from all directions in which there is nothing: a constant, or a picture of the sky.
 
+use super::cumulative::Cumulative;
 use super::texture::Texture;
+use crate::lanes::{Float, Vector, lanes_of};
 use crate::load::bitmap::Bitmap;
 use glam::{Vec2, Vec3};
 use serde::Serialize;
@@ -29,11 +31,21 @@ pub struct EnvironmentMap {
     /// Turns about the vertical axis, counter-clockwise seen from above.
     rotation: f32,
     axes: Axes,
-    /// Cumulative weights of the rows, and of the pixels of each row; the last of each is 1.
-    rows: Vec<f32>,
-    columns: Vec<f32>,
-    /// Probability of each row over its solid angle.
-    row_densities: Vec<f32>,
+    /// The choice of a row, and of a pixel of each row.
+    choice_of_row: Cumulative,
+    choice_of_pixel: Cumulative,
+    rows: Vec<Row>,
+}
+
+/// A row of a map, on the unit sphere.
+#[derive(Clone, Copy)]
+struct Row {
+    /// The height of the pole that is nearer, 1 or -1; and how far the row's edges are from its height, the upper and
+    /// the lower. Heights themselves would be too coarse there.
+    pole: f32,
+    edges: [f32; 2],
+    /// Its probability over its solid angle.
+    density: f32,
 }
 
 /// Where the picture of an environment is from.
@@ -85,15 +97,15 @@ impl Axes {
     }
 }
 
-/// A sampled direction to the environment.
+/// Sampled directions to the environment.
 #[derive(Clone, Copy, Debug)]
-pub struct SkySample {
-    /// Unit direction.
-    pub direction: Vec3,
+pub struct SkySamples<F> {
+    /// Unit directions.
+    pub direction: Vector<F>,
     /// Radiance from there.
-    pub radiance: Vec3,
-    /// Density per solid angle.
-    pub density: f32,
+    pub radiance: Vector<F>,
+    /// Densities per solid angle; 0 where there is no sample.
+    pub density: F,
 }
 
 impl Environment {
@@ -102,7 +114,7 @@ impl Environment {
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
             Environment::Constant(radiance) => *radiance,
-            Environment::Map(map) => map.radiance(direction),
+            Environment::Map(map) => map.seen::<f32>(direction.into(), 1).radiance().into(),
         }
     }
 
@@ -144,112 +156,106 @@ impl EnvironmentMap {
         };
         // The line above, the row's own and the one below; the first and the last count as their neighbours.
         let mut lines = [line(0), line(0), line(1.min(height - 1))];
-        let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::new());
-        columns.reserve_exact(width * height);
-        let mut total = 0.0;
+        let mut choice_of_pixel = Cumulative::new(width, height);
+        let mut weights = Vec::with_capacity(height);
         for y in 0..height {
             let [above, own, below] = &lines;
-            let mut sum = 0.0;
-            let mut cumulative = Vec::with_capacity(width);
-            for x in 0..width {
-                sum += 0.75 * own[x] + 0.125 * (above[x] + below[x]);
-                cumulative.push(sum);
-            }
-            // A black row is never chosen.
-            let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            columns.extend(cumulative.iter().map(|c| (c * scale) as f32));
-            total += sum * (edge(y, height) - edge(y + 1, height));
-            rows.push(total);
+            let weight = |x: usize| 0.75 * own[x] + 0.125 * (above[x] + below[x]);
+            let sum = choice_of_pixel.push((0..width).map(weight));
+            weights.push(sum * (edge(y, height) - edge(y + 1, height)));
             lines.rotate_left(1);
             lines[2] = line((y + 2).min(height - 1));
         }
-        let rows: Vec<f32> = rows.iter().map(|r| (r / total) as f32).collect();
-        // From the table as it is, so that they are those of what is drawn from it.
-        let density = |y: usize| {
-            let before = if y == 0 { 0.0 } else { rows[y - 1] };
-            let solid_angle = std::f64::consts::TAU * (edge(y, height) - edge(y + 1, height));
-            (f64::from(rows[y] - before) / solid_angle) as f32
+        let mut choice_of_row = Cumulative::new(height, 1);
+        let total = choice_of_row.push(weights.into_iter());
+        let row = |y: usize| {
+            let (top, bottom) = (edge(y, height), edge(y + 1, height));
+            let pole = if top + bottom > 0.0 { 1.0 } else { -1.0 };
+            // From the table as it is, so that it is that of what is drawn from it.
+            let probability = f64::from(choice_of_row.probability(0, y));
+            Row {
+                pole: pole as f32,
+                edges: [top, bottom].map(|height| (1.0 - pole * height) as f32),
+                density: (probability / (std::f64::consts::TAU * (top - bottom))) as f32,
+            }
         };
-        let row_densities = (0..height).map(density).collect();
+        let rows = (0..height).map(row).collect();
         (total > 0.0 && total.is_finite()).then_some(Self {
             kind: MapKind::Picture,
             scale,
             rotation: rotation / 360.0,
             axes,
-            row_densities,
+            choice_of_row,
+            choice_of_pixel,
             rows,
-            columns,
             texture,
         })
     }
 
-    /// Where a direction lies in the picture: across and down, from 0 to 1.
+    /// What is seen in the unit directions `direction`, in `lanes`.
     #[inline]
-    fn place(&self, d: Vec3) -> Vec2 {
+    pub fn seen<F: Float>(&self, direction: Vector<F>, lanes: u32) -> Seen<'_, F> {
         let Axes { right, up, front } = self.axes;
-        let (x, up, z) = (d.dot(right), d.dot(up), d.dot(front));
-        let across = x.atan2(-z) / TAU + self.rotation;
-        // Exact at the poles too, where the cosine is not.
-        let down = x.hypot(z).atan2(up) / PI;
-        Vec2::new(across - across.floor(), down)
+        let along = |axis: Vec3| direction.dot(Vector::splat(axis));
+        let (x, up, z) = (along(right), along(up), along(front));
+        let across = x.angle_at(-z) * F::splat(1.0 / TAU) + F::splat(self.rotation);
+        Seen {
+            map: self,
+            across: across - across.whole(),
+            down: self.down(x * x + z * z, up),
+            lanes,
+        }
     }
 
+    /// How far down in the picture directions lie, from 0 to 1, by the squares of their distances from the axis and
+    /// their heights: exact at the poles too, where the cosine is not.
     #[inline]
-    fn radiance(&self, direction: Vec3) -> Vec3 {
-        let place = self.place(direction);
-        self.lookup(place)
-    }
-
-    #[inline]
-    fn lookup(&self, place: Vec2) -> Vec3 {
-        // The first row does not go over into the last.
-        let half = 0.5 / self.texture.size().1 as f32;
-        let uv = Vec2::new(place.x, 1.0 - place.y.clamp(half, 1.0 - half));
-        self.texture.colour(uv).max(Vec3::ZERO) * self.scale
-    }
-
-    /// Density per solid angle with which [`EnvironmentMap::sample`] draws the direction.
-    #[inline]
-    pub fn density(&self, direction: Vec3) -> f32 {
-        let (width, height) = self.texture.size();
-        let place = self.place(direction);
-        let x = ((place.x * width as f32) as usize).min(width as usize - 1);
-        let y = ((place.y * height as f32) as usize).min(height as usize - 1);
-        self.density_of(x, y)
+    fn down<F: Float>(&self, squared_radius: F, height: F) -> F {
+        squared_radius.root().angle_at(height) * F::splat(1.0 / PI)
     }
 
     /// The density inside a pixel: its probability over its solid angle.
     #[inline]
     fn density_of(&self, x: usize, y: usize) -> f32 {
-        let width = self.texture.size().0 as usize;
-        let row = &self.columns[y * width..][..width];
-        let before = if x == 0 { 0.0 } else { row[x - 1] };
-        self.row_densities[y] * (row[x] - before) * width as f32
+        let width = self.texture.size().0 as f32;
+        self.rows[y].density * self.choice_of_pixel.probability(y, x) * width
     }
 
-    /// Draws a direction with `u` in [0, 1)². `None` where the density comes out as 0.
+    /// Draws directions with `u` in [0, 1)², in `lanes`.
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
-        let (width, height) = self.texture.size();
-        let (y, v) = invert(&self.rows, u[1]);
-        let row = &self.columns[y * width as usize..][..width as usize];
-        let (x, u) = invert(row, u[0]);
-        // Inside of the row evenly by solid angle, which is by the height on the sphere.
-        let (top, bottom) = (edge(y, height as usize), edge(y + 1, height as usize));
-        let up = top + (bottom - top) * f64::from(v);
-        let across = (x as f32 + u) / width as f32;
-        let radius = (1.0 - up * up).max(0.0).sqrt() as f32;
-        let down = up.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-        let up = up as f32;
-        let (sin, cos) = (TAU * (across - self.rotation)).sin_cos();
+    pub fn sample<F: Float>(&self, u: [F; 2], lanes: u32) -> SkySamples<F> {
+        let width = self.texture.size().0 as f32;
+        let (mut across, mut density) = (F::ZERO, F::ZERO);
+        let (mut pole, mut from_pole) = (F::ONE, F::ZERO);
+        for lane in lanes_of(lanes) {
+            let (y, v) = self.choice_of_row.invert(0, u[1].lane(lane));
+            let (x, u) = self.choice_of_pixel.invert(y, u[0].lane(lane));
+            across.set_lane(lane, (x as f32 + u) / width);
+            density.set_lane(lane, self.density_of(x, y));
+            // Inside of the row evenly by solid angle, which is by the height on the sphere.
+            let Row { edges, .. } = self.rows[y];
+            pole.set_lane(lane, self.rows[y].pole);
+            from_pole.set_lane(lane, edges[0] + (edges[1] - edges[0]) * v);
+        }
+        let up = pole * (F::ONE - from_pole);
+        let squared_radius = from_pole * (F::splat(2.0) - from_pole);
+        let radius = squared_radius.root();
+        let turn = (across - F::splat(self.rotation)) * F::splat(TAU);
+        let (sin, cos) = turn.sine_and_cosine();
+        let axis = |axis: Vec3, by: F| Vector::splat(axis) * by;
         let axes = &self.axes;
-        let direction = axes.right * (radius * sin) + axes.up * up - axes.front * (radius * cos);
-        let density = self.density_of(x, y);
-        (density > 0.0).then(|| SkySample {
-            direction,
-            radiance: self.lookup(Vec2::new(across, down as f32)),
+        let seen = Seen {
+            map: self,
+            across,
+            down: self.down(squared_radius, up),
+            lanes,
+        };
+        SkySamples {
+            direction: axis(axes.right, radius * sin) + axis(axes.up, up)
+                - axis(axes.front, radius * cos),
+            radiance: seen.radiance(),
             density,
-        })
+        }
     }
 
     /// Sets its rotation, in degrees.
@@ -263,25 +269,49 @@ impl EnvironmentMap {
     }
 }
 
+/// Places in the picture of a map, in the directions in which it is seen.
+pub struct Seen<'a, F> {
+    map: &'a EnvironmentMap,
+    /// Across and down, from 0 to 1.
+    across: F,
+    down: F,
+    lanes: u32,
+}
+
+impl<F: Float> Seen<'_, F> {
+    /// The radiance from there.
+    #[inline]
+    pub fn radiance(&self) -> Vector<F> {
+        let texture = &self.map.texture;
+        // The first row does not go over into the last.
+        let half = 0.5 / texture.size().1 as f32;
+        let mut radiance = Vector::ZERO;
+        for lane in lanes_of(self.lanes) {
+            let down = self.down.lane(lane).clamp(half, 1.0 - half);
+            let uv = Vec2::new(self.across.lane(lane), 1.0 - down);
+            radiance.set(lane, texture.colour(uv).max(Vec3::ZERO));
+        }
+        radiance * F::splat(self.map.scale)
+    }
+
+    /// Densities per solid angle with which [`EnvironmentMap::sample`] draws these directions.
+    #[inline]
+    pub fn density(&self) -> F {
+        let (width, height) = self.map.texture.size();
+        let mut density = F::ZERO;
+        for lane in lanes_of(self.lanes) {
+            let x = (self.across.lane(lane) * width as f32) as usize;
+            let y = (self.down.lane(lane) * height as f32) as usize;
+            let (x, y) = (x.min(width as usize - 1), y.min(height as usize - 1));
+            density.set_lane(lane, self.map.density_of(x, y));
+        }
+        density
+    }
+}
+
 /// The height on the unit sphere at the upper edge of a row.
 fn edge(row: usize, rows: usize) -> f64 {
     (std::f64::consts::PI * row as f64 / rows as f64).cos()
-}
-
-/// The interval of a cumulative table in which `u` falls, and where inside from 0 to 1.
-#[inline]
-fn invert(cumulative: &[f32], u: f32) -> (usize, f32) {
-    let index = cumulative
-        .partition_point(|&c| c <= u)
-        .min(cumulative.len() - 1);
-    let low = if index == 0 {
-        0.0
-    } else {
-        cumulative[index - 1]
-    };
-    let width = cumulative[index] - low;
-    let inside = if width > 0.0 { (u - low) / width } else { 0.5 };
-    (index, inside.clamp(0.0, 1.0 - f32::EPSILON))
 }
 
 /// For the scene's hash: what all else is made of.
@@ -294,5 +324,66 @@ impl Serialize for EnvironmentMap {
 impl std::fmt::Debug for EnvironmentMap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "EnvironmentMap of a {:?}", self.texture)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{LANES, Vec3x8};
+    use crate::load::bitmap::Texels;
+    use proptest::prelude::*;
+    use wide::f32x8;
+
+    fn map(size: (u32, u32), bright: u32) -> EnvironmentMap {
+        let value = |i: u32| {
+            if i == bright {
+                1e4
+            } else {
+                0.1 + (i % 7) as f32
+            }
+        };
+        let values = (0..size.0 * size.1).map(|i| [value(i), 0.5, 2.0]).collect();
+        let (width, height) = size;
+        let texels = Texels::Floats {
+            values,
+            alpha: None,
+            encoded: false,
+        };
+        let bitmap = Bitmap {
+            width,
+            height,
+            texels,
+            has_alpha: false,
+        };
+        EnvironmentMap::new(Arc::new(bitmap), 1.5, 35.0, Axes::of_up(Vec3::Z)).unwrap()
+    }
+
+    proptest! {
+        /// Eight lanes are what one is, but for the rounding of angles; samples are where they are seen.
+        #[test]
+        fn samples_are_the_same_in_lanes(
+            size in (1u32..40, 1u32..40),
+            bright in 0u32..1600,
+            u in prop::collection::vec((0f32..1.0, 0f32..1.0), LANES),
+            lanes in 0u32..256,
+        ) {
+            let map = map(size, bright);
+            let of_eight = [f32x8::from_lanes(|l| u[l].0), f32x8::from_lanes(|l| u[l].1)];
+            let eight = map.sample(of_eight, lanes);
+            let seen = map.seen(Vec3x8::from_lanes(|l| eight.direction.lane(l)), lanes).radiance();
+            for lane in lanes_of(lanes) {
+                let one = map.sample::<f32>([u[lane].0, u[lane].1], 1);
+                let direction = eight.direction.lane(lane);
+                prop_assert!(direction.distance(one.direction.into()) < 1e-5);
+                prop_assert!((direction.length() - 1.0).abs() < 1e-5);
+                prop_assert_eq!(one.density, eight.density.lane(lane));
+                // A pixel is 1/40 of the picture wide, and next to one that is 1e5 times as bright.
+                let radiance = eight.radiance.lane(lane);
+                for other in [one.radiance.into(), seen.lane(lane)] {
+                    prop_assert!(radiance.distance(other) < 1e-4 * radiance.length() + 1.0);
+                }
+            }
+        }
     }
 }

@@ -1,10 +1,9 @@
 //! Sampling of lights: points on them, directions to what is far, and the densities of both.
 
 use super::Scene;
-use super::environment::SkySample;
 use super::light::{Choice, Kind, NearLight, Source};
 use super::reflectors::Target;
-use crate::lanes::{Float, LANES, Vec3x8, lanes_of};
+use crate::lanes::{Float, LANES, Vec3x8, lanes_of, mask_of, positive};
 use crate::warp;
 use glam::Vec3;
 use wide::f32x8;
@@ -76,7 +75,9 @@ impl Scene {
             (Source::Directional(_), _) => self.lights.far.each(),
             (Source::Sky, Target::Direction(direction)) => {
                 let map = self.environment.map();
-                map.map_or(0.0, |map| self.lights.sky() * map.density(direction))
+                map.map_or(0.0, |map| {
+                    self.lights.sky() * map.seen::<f32>(direction.into(), 1).density()
+                })
             }
             (Source::Sky, _) => 0.0,
         }
@@ -106,25 +107,35 @@ impl Scene {
         }
         let mut samples = LightSamplesX8::new(number, &chosen, probability, [u[1], u[2]]);
         samples.punctual = points;
+        let mut sky = 0;
         for lane in lanes_of(far) {
             match lights.far.choose(u[0].lane(lane) / lights.far.share) {
                 Source::Directional(light) => {
                     let sun = &lights.punctual.directional[light as usize];
-                    let sample = SkySample {
-                        direction: sun.direction,
-                        radiance: sun.irradiance,
-                        density: 1.0,
-                    };
-                    samples.set_far(lane, Some(sample), lights.far.each());
+                    samples.position.set(lane, sun.direction);
+                    samples.radiance.set(lane, sun.irradiance);
                     samples.light[lane] = light;
                     samples.punctual |= 1 << lane;
                 }
-                _ => {
-                    let direction = [u[1], u[2]].map(|u| u.lane(lane));
-                    let sample = self.environment.map().and_then(|map| map.sample(direction));
-                    samples.set_far(lane, sample, lights.far.each());
-                }
+                _ => sky |= 1 << lane,
             }
+        }
+        if far != 0 {
+            let each = f32x8::splat(lights.far.each());
+            samples.density = mask_of(far).select(each, samples.density);
+            samples.valid |= mask_of(far);
+            samples.far = far;
+        }
+        if sky != 0
+            && let Some(map) = self.environment.map()
+        {
+            let drawn = map.sample([u[1], u[2]], sky);
+            let lanes = mask_of(sky);
+            let select = |to: &mut Vec3x8, from| *to = Vec3x8::select(lanes, from, *to);
+            select(&mut samples.position, drawn.direction);
+            select(&mut samples.radiance, drawn.radiance);
+            samples.density = lanes.select(samples.density * drawn.density, samples.density);
+            samples.valid &= !lanes | positive(drawn.density);
         }
         for lane in lanes_of(textured) {
             let (b, c) = warp::triangle([u[1], u[2]].map(|u| u.lane(lane)));
@@ -200,18 +211,6 @@ impl LightSamplesX8 {
             light,
             far: 0,
             punctual: 0,
-        }
-    }
-
-    /// Puts a sample of what is far into a lane; `chosen` is the probability with which that is sampled.
-    fn set_far(&mut self, lane: usize, sample: Option<SkySample>, chosen: f32) {
-        let valid = if sample.is_some() { u32::MAX } else { 0 };
-        self.valid.set_lane(lane, f32::from_bits(valid));
-        if let Some(sample) = sample {
-            self.position.set(lane, sample.direction);
-            self.radiance.set(lane, sample.radiance);
-            self.density.set_lane(lane, sample.density * chosen);
-            self.far |= 1 << lane;
         }
     }
 

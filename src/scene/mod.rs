@@ -3,6 +3,7 @@
 mod alias;
 pub mod camera;
 mod content;
+mod cumulative;
 pub mod environment;
 pub mod framing;
 mod from_mtl;
@@ -32,6 +33,7 @@ pub use surroundings::{EnvironmentSetting, EnvironmentSource};
 
 use crate::bsdf::Bsdf;
 use crate::error::{Error, Result, Warnings};
+use crate::lanes::Vec3x8;
 use crate::load::environment::Background;
 use crate::load::lights::PunctualLight;
 use crate::load::obj::ObjFile;
@@ -190,12 +192,15 @@ impl Scene {
         self.background == Background::Environment
     }
 
-    /// Light that the camera sees in the unit direction `direction`, in which there is nothing.
+    /// Light that the camera sees in the unit directions `direction` in `lanes`, in which there is nothing.
     #[inline]
-    pub fn seen_directly(&self, direction: Vec3) -> Vec3 {
-        match self.background {
-            Background::Environment => self.environment.radiance(direction),
-            Background::Colour(_) | Background::Transparent => Vec3::ZERO,
+    pub fn seen_directly(&self, direction: Vec3x8, lanes: u32) -> Vec3x8 {
+        match (self.background, &self.environment) {
+            (Background::Environment, Environment::Map(map)) => {
+                map.seen(direction, lanes).radiance()
+            }
+            (Background::Environment, &Environment::Constant(radiance)) => Vec3x8::splat(radiance),
+            (Background::Colour(_) | Background::Transparent, _) => Vec3x8::ZERO,
         }
     }
 

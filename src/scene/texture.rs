@@ -196,7 +196,11 @@ impl Texture {
             if self.clamp {
                 [first, first + 1].map(|i| i.clamp(0, count as i64 - 1) as usize)
             } else {
-                [first, first + 1].map(|i| i.rem_euclid(count as i64) as usize)
+                // From −1 to `count`; a remainder would take longer than all the rest.
+                let last = count as i64 - 1;
+                let before = if first < 0 { last } else { first };
+                let after = if first < last { first + 1 } else { 0 };
+                [before, after].map(|i| i as usize)
             }
         };
         let ([c0, c1], [r0, r1]) = (places(column, width), places(row, height));

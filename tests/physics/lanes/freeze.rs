@@ -25,22 +25,22 @@ const SHIPPED: [[u64; 2]; SCENES.len()] = [
     [0xf83f_41ad_22c4_f59f, 0x1ed8_9e9d_43c1_11bb],
     [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
     [0x1afb_c9e8_8a29_e973, 0xa003_75aa_2c38_ebc9],
-    [0x00ea_8011_f16c_3403, 0x5c6c_17fa_b8d3_1222],
-    [0x146a_43e7_762e_a296, 0x8f63_8ef6_4f54_a26b],
+    [0x2c5d_789b_71c4_865a, 0x7f54_038c_2b82_489b],
+    [0x8985_4bb5_ffb7_d958, 0xda16_c2cb_4700_4712],
     [0x33fb_665f_5996_7de4, 0xd03e_4e92_55b0_0d7b],
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x1807_a407_3dc7_4ef2,
-    0x36f1_2a54_ed2b_d914,
-    0x4b8c_636a_9cc8_670b,
-    0x1b80_a6ef_c6f6_45d5,
-    0x8da0_8038_619e_0040,
-    0x3245_f914_1af6_6b71,
-    0x0233_4311_c947_16f4,
-    0xafcc_7de2_f9b9_7415,
-    0xd249_5bf6_2d62_25f7,
-    0xba12_1138_fea9_a2d1,
+    0x93fa_a0e9_2197_adb9,
+    0xb1c8_54be_eccf_2bc5,
+    0x13d5_c099_84c9_afa9,
+    0x2d97_48cd_2578_c5ef,
+    0x0c60_258f_9d7d_f331,
+    0xdbb2_b9f5_151a_4b4c,
+    0x2cfe_eee7_6dff_a8db,
+    0xb93c_5895_398c_0566,
+    0xd403_fd56_0984_bd19,
+    0xd454_8b85_3490_1755,
 ];
 const GROUP: u64 = 30;
 
