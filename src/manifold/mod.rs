@@ -90,86 +90,112 @@ impl Failure {
 /// Walks to their targets, many together: each round traces one ray of each that is under way.
 #[derive(Debug, Default)]
 pub struct Walks {
-    walks: Vec<Walk>,
-    under_way: Vec<u32>,
+    asked: Vec<Question>,
+    /// What has come of those that have ended.
+    ended: Vec<Ended>,
+    under_way: Vec<Walk>,
     rays: ClosestBatch,
-    /// Those that have arrived, and their last segments.
-    arrived: Vec<u32>,
+    /// Those that have arrived, with their last segments.
+    arrived: Vec<(u32, u32)>,
     ends: AnyBatch,
     traced: [u64; RayKind::ALL.len()],
 }
 
+/// Where a walk begins, where it shall end, and by what it shall go.
+#[derive(Clone, Copy, Debug)]
+struct Question {
+    start: Start,
+    target: Target,
+    through: Through,
+}
+
+/// What has come of a walk.
+#[derive(Clone, Copy, Debug)]
+struct Ended {
+    result: Result<Link, Failure>,
+    shots: u32,
+    rays: u32,
+}
+
+/// So many walks are under way at once: enough to fill packets of rays, few enough to stay close at hand.
+const AT_ONCE: usize = 256;
+
 impl Walks {
     /// Forgets all walks; keeps the memory.
     pub fn clear(&mut self) {
-        self.walks.clear();
+        self.asked.clear();
+        self.ended.clear();
     }
 
     /// Adds a walk; the result is what to ask [`Walks::link`] for.
-    pub fn push(&mut self, scene: &Scene, start: Start, target: Target, through: Through) -> u32 {
-        let guess = match through {
-            Through::Passage => {
-                let there = || target.from(start.position).0;
-                let may = scene.reflectors.may_pass(start.position, &target);
-                may.then(there)
-            }
-            Through::Mirrors(by) => scene.reflectors.guess(&by, start.position, &target),
-            Through::Microfacet(reflector, normal) => {
-                let by = (reflector, normal);
-                let reflectors = &scene.reflectors;
-                reflectors.guess_by_microfacet(by, start.position, &target)
-            }
-            Through::Ball(reflector, branch) => {
-                let ball = scene.reflectors.ball(reflector);
-                ball.and_then(|ball| ball.guess(branch, start.position, &target))
-            }
-        };
-        let guess = guess.filter(|wi| wi.is_normalized());
-        let index = self.walks.len() as u32;
-        if guess.is_some() {
-            self.under_way.push(index);
-        }
-        self.walks.push(Walk::new(start, target, through, guess));
-        index
+    pub fn push(&mut self, start: Start, target: Target, through: Through) -> u32 {
+        self.asked.push(Question {
+            start,
+            target,
+            through,
+        });
+        self.asked.len() as u32 - 1
     }
 
     /// Ends the walks that have been added since the last time.
     pub fn solve(&mut self, scene: &Scene, tracer: &dyn Traverse) {
         self.ends.clear();
         self.arrived.clear();
-        while !self.under_way.is_empty() {
+        loop {
+            self.set_out(scene);
+            if self.under_way.is_empty() {
+                break;
+            }
             self.rays.clear();
-            for &index in &self.under_way {
-                self.rays.push(&self.walks[index as usize].shot.ray());
+            for walk in &self.under_way {
+                self.rays.push(&walk.shot.ray());
             }
             self.traced[RayKind::Walk.index()] += self.rays.len() as u64;
             tracer.closest(&mut self.rays, RayKind::Walk);
-            let (walks, rays, arrived) = (&mut self.walks, &self.rays, &mut self.arrived);
-            let mut ray = 0;
-            self.under_way.retain(|&index| {
-                let walk = &mut walks[index as usize];
-                ray += 1;
-                let goes_on = walk.advance(scene, rays.hit(ray - 1));
-                if !goes_on && walk.result.is_ok() {
-                    arrived.push(index);
+            // From the last on, so that those that take the places of others have had their turn.
+            for at in (0..self.under_way.len()).rev() {
+                let walk = &mut self.under_way[at];
+                if walk.advance(scene, self.rays.hit(at as u32)) {
+                    continue;
                 }
-                goes_on
-            });
-        }
-        for &index in &self.arrived {
-            let walk = &mut self.walks[index as usize];
-            walk.end = self.ends.push(&walk.shot.last(&walk.target));
+                let walk = self.under_way.swap_remove(at);
+                if walk.result.is_ok() {
+                    let end = self.ends.push(&walk.shot.last(&walk.target));
+                    self.arrived.push((walk.number, end));
+                }
+                self.ended[walk.number as usize] = Ended {
+                    result: walk.result,
+                    shots: walk.shots,
+                    rays: walk.rays,
+                };
+            }
         }
         if self.arrived.is_empty() {
             return;
         }
         self.traced[RayKind::Shadow.index()] += self.ends.len() as u64;
         tracer.any(&mut self.ends, RayKind::Shadow);
-        for &index in &self.arrived {
-            let walk = &mut self.walks[index as usize];
-            if let Ok(link) = &mut walk.result {
-                link.free = !self.ends.is_blocked(walk.end);
+        for &(number, end) in &self.arrived {
+            if let Ok(link) = &mut self.ended[number as usize].result {
+                link.free = !self.ends.is_blocked(end);
             }
+        }
+    }
+
+    /// Has as many walks set out as may be under way.
+    fn set_out(&mut self, scene: &Scene) {
+        while self.under_way.len() < AT_ONCE
+            && let Some(question) = self.asked.get(self.ended.len())
+        {
+            if let Some(wi) = question.guess(scene) {
+                let number = self.ended.len() as u32;
+                self.under_way.push(Walk::new(number, question, wi));
+            }
+            self.ended.push(Ended {
+                result: Err(Failure::Missed),
+                shots: 1,
+                rays: 0,
+            });
         }
     }
 
@@ -180,16 +206,39 @@ impl Walks {
 
     /// The chain of a walk that has ended.
     pub fn link(&self, walk: u32) -> Result<&Link, Failure> {
-        self.walks[walk as usize].result.as_ref().map_err(|&f| f)
+        self.ended[walk as usize].result.as_ref().map_err(|&f| f)
     }
 
     /// How often a walk has set out from its vertex.
     pub fn shots(&self, walk: u32) -> u32 {
-        self.walks[walk as usize].shots
+        self.ended[walk as usize].shots
     }
 
     /// How many rays that has taken, the last segment apart.
     pub fn rays(&self, walk: u32) -> u32 {
-        self.walks[walk as usize].rays
+        self.ended[walk as usize].rays
+    }
+}
+
+impl Question {
+    /// The unit direction in which the walk sets out, if there is one.
+    fn guess(&self, scene: &Scene) -> Option<Vec3> {
+        let reflectors = &scene.reflectors;
+        let (from, target) = (self.start.position, &self.target);
+        let guess = match self.through {
+            Through::Passage => {
+                let may = reflectors.may_pass(from, target);
+                may.then(|| target.from(from).0)
+            }
+            Through::Mirrors(by) => reflectors.guess(&by, from, target),
+            Through::Microfacet(reflector, normal) => {
+                reflectors.guess_by_microfacet((reflector, normal), from, target)
+            }
+            Through::Ball(reflector, branch) => {
+                let ball = reflectors.ball(reflector);
+                ball.and_then(|ball| ball.guess(branch, from, target))
+            }
+        };
+        guess.filter(|wi| wi.is_normalized())
     }
 }

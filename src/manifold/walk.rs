@@ -1,7 +1,7 @@
 //! A walk: shots from its vertex, each turned by what the last one missed, until one arrives.
 
 use super::shot::Shot;
-use super::{Failure, Link, Start, Through};
+use super::{Failure, Link, Question, Start, Through};
 use crate::bsdf::Lobe;
 use crate::scene::Scene;
 use crate::scene::reflectors::{Branch, Inside, Target};
@@ -27,27 +27,27 @@ const SHORTEST: f32 = 1.0 / 4.0;
 /// A walk under way, or ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
-    pub(super) start: Start,
+    /// Its place among those that have been asked for.
+    pub(super) number: u32,
+    start: Start,
     pub(super) target: Target,
-    pub(super) through: Through,
+    through: Through,
     pub(super) shot: Shot,
     /// The best shot so far: its direction, by how much it missed, and how to turn it.
-    pub(super) best: Option<(Vec3, f32, Vec3)>,
+    best: Option<(Vec3, f32, Vec3)>,
     /// The share of that turn that is being tried.
-    pub(super) share: f32,
+    share: f32,
     /// The most of the bend at glass for which there is a way, and that way's direction: with none at all it is where the
     /// walk begins. It has arrived only with all of it.
-    pub(super) bent: (f32, Vec3),
+    bent: (f32, Vec3),
     /// Whether it has begun again, in another direction, as it got nowhere.
-    pub(super) again: bool,
+    again: bool,
     /// Whether the shot was reflected by another patch than by that which is due. Such shots lead on, and do not arrive.
-    pub(super) strayed: bool,
+    strayed: bool,
     pub(super) shots: u32,
     /// Rays that it has traced, the last segment apart.
     pub(super) rays: u32,
     pub(super) result: Result<Link, Failure>,
-    /// The ray of its last segment.
-    pub(super) end: u32,
 }
 
 /// What has come of a ray.
@@ -60,22 +60,27 @@ enum Outcome {
 }
 
 impl Walk {
-    /// One that begins in the direction `guess`; without one there is nowhere to begin.
-    pub(super) fn new(start: Start, target: Target, through: Through, guess: Option<Vec3>) -> Self {
-        Self {
+    /// One that sets out in the unit direction `wi`.
+    pub(super) fn new(number: u32, question: &Question, wi: Vec3) -> Self {
+        let &Question {
             start,
             target,
             through,
-            shot: Shot::new(&start, guess.unwrap_or(Vec3::X), through.microfacet()),
+        } = question;
+        Self {
+            number,
+            start,
+            target,
+            through,
+            shot: Shot::new(&start, wi, through.microfacet()),
             best: None,
             share: 1.0,
-            bent: (0.0, guess.unwrap_or(Vec3::X)),
+            bent: (0.0, wi),
             again: false,
             strayed: false,
             shots: 1,
             rays: 0,
             result: Err(Failure::Missed),
-            end: 0,
         }
     }
 

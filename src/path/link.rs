@@ -147,8 +147,9 @@ pub(super) fn by_balls(
             continue;
         }
         let probabilities = ball.probabilities(from, &targets, context.always(), coins);
-        for (branch, probability) in Branch::ALL.into_iter().zip(probabilities) {
-            for lane in lanes_of(lanes & positive(probability).to_bitmask()) {
+        // By reference: arrays of lanes that are taken apart by value are copied to and fro.
+        for (&branch, probability) in Branch::ALL.iter().zip(&probabilities) {
+            for lane in lanes_of(lanes & positive(*probability).to_bitmask()) {
                 let probability = probability.lane(lane);
                 if coins.lane(lane) < probability
                     && let Some(end) = light.lane(lane)

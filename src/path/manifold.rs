@@ -129,7 +129,7 @@ impl<const N: usize> BasePaths<N> {
                 let request = Request::begin(&mut requests, (index as u32, None), k);
                 for lane in lanes_of(tried) {
                     let way = sampled.lane(lane).map(|end| (end, Through::Passage));
-                    request.ask(scene, &mut self.walks, x, lane, way);
+                    request.ask(&mut self.walks, x, lane, way);
                 }
             }
             let before = requests.len();
@@ -140,7 +140,7 @@ impl<const N: usize> BasePaths<N> {
                     Some(place) => &mut requests[before + place],
                     None => Request::begin(&mut requests, (index as u32, None), k),
                 };
-                request.ask(scene, &mut self.walks, x, lane, Some(way));
+                request.ask(&mut self.walks, x, lane, Some(way));
             }
             let tried = lanes_where(rough, |lane| context.tries(&block.samplers[lane], k));
             if tried == 0 {
@@ -152,7 +152,7 @@ impl<const N: usize> BasePaths<N> {
             let (ways, probability) = by_mirrors(context, from, &block.samplers, &light, tried, u3);
             let request = Request::begin(&mut requests, (index as u32, None), k);
             for lane in lanes_of(tried) {
-                request.ask(scene, &mut self.walks, x, lane, ways[lane]);
+                request.ask(&mut self.walks, x, lane, ways[lane]);
             }
             request.probability = Some(probability);
         }
@@ -186,13 +186,7 @@ impl<const N: usize> BasePaths<N> {
                 }
             };
             let x = &self.kept[chain.note as usize].vertices;
-            request.ask(
-                context.scene,
-                &mut self.walks,
-                x,
-                found.lane,
-                Some(found.way),
-            );
+            request.ask(&mut self.walks, x, found.lane, Some(found.way));
             request.chains[found.lane] = at;
         }
         self.answer(context, &mut requests);
@@ -310,7 +304,7 @@ impl<const N: usize> BasePaths<N> {
                 for lane in lanes_of(request.lanes & offset.free()) {
                     if let Some((end, through)) = request.ways[lane] {
                         let start = start(&places.own[j], lane, request.k);
-                        let walk = walks.push(scene, start, end.target, through);
+                        let walk = walks.push(start, end.target, through);
                         request.offsets[j][lane] = walk;
                     }
                 }
@@ -380,7 +374,7 @@ impl<const N: usize> BasePaths<N> {
                     lane,
                     j,
                     chain,
-                    walk: walks.push(scene, start, target, through),
+                    walk: walks.push(start, target, through),
                 }),
                 None => {
                     follower.arrived &= !(1 << lane);
@@ -436,17 +430,10 @@ impl<const N: usize> Request<N> {
         &mut requests[last]
     }
 
-    fn ask(
-        &mut self,
-        scene: &Scene,
-        walks: &mut Walks,
-        from: &VerticesX8,
-        lane: usize,
-        way: Option<Way>,
-    ) {
+    fn ask(&mut self, walks: &mut Walks, from: &VerticesX8, lane: usize, way: Option<Way>) {
         if let Some((end, through)) = way {
             let start = start(from, lane, self.k);
-            self.walks[lane] = walks.push(scene, start, end.target, through);
+            self.walks[lane] = walks.push(start, end.target, through);
             self.ways[lane] = way;
             self.lanes |= 1 << lane;
         }

@@ -128,7 +128,7 @@ fn walk(
     through: Through,
 ) -> Result<Link, Failure> {
     let mut walks = Walks::default();
-    let walk = walks.push(scene, start(from), target, through);
+    let walk = walks.push(start(from), target, through);
     walks.solve(scene, tracer);
     walks.link(walk).copied()
 }
@@ -409,7 +409,7 @@ proptest! {
         let target = if far { Target::Direction(to.normalize()) } else { Target::Point(to) };
         let normal = Vec3::new(slopes.0, slopes.1, 1.0).normalize();
         let mut walks = Walks::default();
-        let walk = walks.push(&scene, start(from), target, Through::Microfacet(0, normal));
+        let walk = walks.push(start(from), target, Through::Microfacet(0, normal));
         walks.solve(&scene, &*tracer);
         let link = walks.link(walk);
         prop_assume!(link.is_ok());

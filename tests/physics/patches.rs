@@ -103,7 +103,7 @@ fn ways_by_patches_are_shown_and_found() {
             offset: 1e-4,
             k: 1,
         };
-        let walk = walks.push(&scene, start, way.target, Through::Mirrors(by));
+        let walk = walks.push(start, way.target, Through::Mirrors(by));
         walks.solve(&scene, &*tracer);
         let link = walks.link(walk);
         found += u32::from(link.is_ok_and(|link| link.free && link.wi.distance(way.wi) < 2e-3));

@@ -42,11 +42,11 @@ impl Request {
     }
 
     /// Adds the walks of the ways in `lanes`.
-    fn ask(&mut self, context: Context, walks: &mut Walks, k: u32, lanes: u32) {
+    fn ask(&mut self, walks: &mut Walks, k: u32, lanes: u32) {
         for lane in lanes_of(lanes) {
             if let Some((end, through)) = &self.ways[lane] {
                 let start = start(&self.vertices, lane, k);
-                self.walks[lane] = walks.push(context.scene, start, end.target, *through);
+                self.walks[lane] = walks.push(start, end.target, *through);
                 self.lanes |= 1 << lane;
             }
         }
@@ -73,7 +73,7 @@ impl PlainPaths {
                 request.vertices = block.vertices.clone();
                 request.throughput = block.throughput;
                 request.index = block.index;
-                request.ask(context, &mut self.walks, k, lanes);
+                request.ask(&mut self.walks, k, lanes);
                 self.requests.push(request);
             }
         }
@@ -88,7 +88,7 @@ impl PlainPaths {
                 lanes |= u32::from(block.throughput.lane(lane) != Vec3::ZERO) << to;
             }
             if lanes != 0 {
-                request.ask(context, &mut self.walks, k, lanes);
+                request.ask(&mut self.walks, k, lanes);
                 self.requests.push(request);
             }
         }
@@ -150,7 +150,7 @@ impl PlainPaths {
             let light = scene.sample_lights::<false>(from, lanes, [u0, u1, u2]);
             (request.ways, request.probability) =
                 link::by_mirrors(context, (from, k), &samplers, &light, lanes, u3);
-            request.ask(context, &mut self.walks, k, lanes);
+            request.ask(&mut self.walks, k, lanes);
             if request.lanes != 0 {
                 self.requests.push(request);
             }
@@ -163,9 +163,7 @@ impl PlainPaths {
         for found in &mut self.found {
             if let Some(chain) = self.chains.get(found.chain) {
                 let (end, through) = found.way;
-                found.walk = self
-                    .walks
-                    .push(context.scene, chain.start, end.target, through);
+                found.walk = self.walks.push(chain.start, end.target, through);
             }
         }
         self.walks.solve(context.scene, context.tracer);

@@ -191,15 +191,16 @@ impl Ball {
                     (often, often)
                 }
             };
-            let shares = [rare, rare, crossed].map(|p| if always { one } else { p.smaller(one) });
+            let share = |p: f32x8| if always { one } else { p.smaller(one) };
+            let (rare, crossed) = (share(rare), share(crossed));
             if rare.simd_gt(least).to_bitmask() == 0 && !always {
                 continue;
             }
-            let ways = self.ways(inside, (near, far), cosine);
+            let [inner, outer, beyond] = self.ways(inside, (near, far), cosine);
             let first = 3 * inside as usize;
-            for (part, (there, share)) in ways.into_iter().zip(shares).enumerate() {
-                probabilities[first + part] = share.only(there);
-            }
+            probabilities[first] = rare.only(inner);
+            probabilities[first + 1] = rare.only(outer);
+            probabilities[first + 2] = crossed.only(beyond);
         }
         probabilities
     }
