@@ -15,14 +15,16 @@ pub fn cosine_hemisphere<F: Float>(u: [F; 2]) -> Vector<F> {
 /// strata stay compact.
 #[inline(always)]
 pub fn disk<F: Float>(u: [F; 2]) -> [F; 2] {
-    let [a, b] = u.map(|u| F::splat(2.0) * u - F::ONE);
+    let centred = |u: F| F::splat(2.0) * u - F::ONE;
+    let (a, b) = (centred(u[0]), centred(u[1]));
     let flat = a.magnitude().above(b.magnitude());
     // The angle to the nearer axis is at most π/4.
     let (r, other) = (F::select(flat, a, b), F::select(flat, b, a));
     let (sin, cos) = sin_cos_octant(F::splat(PI / 4.0) * (other / r));
     // In the centre the ratio is 0 by 0.
     let centre = r.equals(F::ZERO);
-    let [near, far] = [r * cos, r * sin].map(|v| F::select(centre, F::ZERO, v));
+    let outside = |v: F| F::select(centre, F::ZERO, v);
+    let (near, far) = (outside(r * cos), outside(r * sin));
     [F::select(flat, near, far), F::select(flat, far, near)]
 }
 
@@ -47,7 +49,7 @@ fn sin_cos_octant<F: Float>(x: F) -> (F, F) {
 /// u, v ≥ 0, u + v ≤ 1: uniform by area (Heitz 2019, continuous and compact).
 #[inline(always)]
 pub fn triangle<F: Float>(u: [F; 2]) -> (F, F) {
-    let [a, b] = u.map(|u| u * F::splat(0.5));
+    let (a, b) = (u[0] * F::splat(0.5), u[1] * F::splat(0.5));
     let offset = b - a;
     let above = positive(offset);
     (

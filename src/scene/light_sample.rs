@@ -57,8 +57,11 @@ impl Scene {
         let lights = &self.lights;
         match &lights.choice {
             Choice::Power(table) if PLAIN || lights.are_plain() => {
-                let number = u[0].as_array().map(|u| table.choose(u) as u32);
-                let chosen = number.map(|light| &lights.near[light as usize]);
+                let (mut number, mut chosen) = ([0; LANES], [&NearLight::NONE; LANES]);
+                for (lane, &u) in u[0].as_array().iter().enumerate() {
+                    number[lane] = table.choose(u) as u32;
+                    chosen[lane] = &lights.near[number[lane] as usize];
+                }
                 LightSamplesX8::new(number, &chosen, f32x8::ONE, [u[1], u[2]])
             }
             _ if PLAIN => panic!("the lights are plain"),
