@@ -225,7 +225,8 @@ impl<const N: usize> BasePaths<N> {
             let offsets = block.offsets.iter();
             let on_their_own = offsets.fold(0, |bits, o| bits | o.free() | o.joined());
             // A path in a chain may yet be found by a walk from the vertex where its offset paths were on their own.
-            let settled = block.alive & !on_their_own & !block.in_chain();
+            let in_chain = if DIFFUSE { 0 } else { block.in_chain() };
+            let settled = block.alive & !on_their_own & !in_chain;
             if settled == 0 {
                 continue;
             }

@@ -142,8 +142,10 @@ impl<const N: usize> Block<N> {
         for (to, offset) in self.offsets.iter_mut().zip(&other.offsets) {
             to.copy(lane, offset, from);
         }
-        self.chain[lane] = other.chain[from];
-        self.kinds.copy(lane, &other.kinds, from);
+        if !DIFFUSE {
+            self.chain[lane] = other.chain[from];
+            self.kinds.copy(lane, &other.kinds, from);
+        }
         self.primal.set(lane, other.primal.lane(from));
         for (to, light) in self.to.iter_mut().zip(&other.to) {
             to.set(lane, light.lane(from));
