@@ -122,7 +122,7 @@ impl Texture {
     }
 
     /// The linear colour of a pixel by its place in the file.
-    #[inline]
+    #[inline(always)]
     pub fn texel(&self, index: usize) -> Vec3 {
         let colour = self.meaning == Meaning::Colour;
         match &self.bitmap.texels {

@@ -2,7 +2,7 @@
 //!
 //! `DIFFUSE` says that the scene is diffuse: then all are Lambert's, and there is no code for anything else.
 
-use super::{Interaction, Vertex};
+use super::{Vertex, textured};
 use crate::bsdf::packed::{Kind, Kinds, Packed, PackedParameters};
 use crate::bsdf::{Bsdf, Evals, Parameters, Samples, half_vector, lambert};
 use crate::frame::Frame;
@@ -10,6 +10,7 @@ use crate::geometry::{Site, offset_origin, segment};
 use crate::lanes::{Float, LANES, Vec3x8, Vector, copy_bit, lanes_of, mask_of, positive, set_bit};
 use crate::scene::Scene;
 use crate::scene::material::{Class, Material};
+use crate::scene::textured::Textures;
 use crate::trace::rays::{HitsX8, Ray};
 use glam::Vec3;
 use wide::f32x8;
@@ -238,13 +239,14 @@ impl VerticesX8 {
         }
         let mut points = scene.mesh.points(&hits.triangle, hits.u, hits.v);
         for lane in lanes_of(surfaces) {
-            if materials[lane].textures.is_some()
-                && let Interaction::Surface(vertex) = Interaction::in_lane(scene, hits, lane)
-            {
-                points.ns.set(lane, vertex.ns);
-                self.albedo.set(lane, vertex.parameters.colour);
+            if let Some(textures) = &materials[lane].textures {
+                let normals = (points.ng.lane(lane), points.ns.lane(lane));
+                let hit = hits.lane(lane);
+                let (parameters, ns) = textured(scene, materials[lane], textures, hit, normals);
+                points.ns.set(lane, ns);
+                self.albedo.set(lane, parameters.colour);
                 if !DIFFUSE {
-                    self.meet_textured(scene, lane, &vertex);
+                    self.meet_textured(lane, materials[lane], textures, &parameters);
                 }
             }
         }
@@ -287,16 +289,18 @@ impl VerticesX8 {
 
     /// What textures say of the surface in a lane, beside its colour.
     #[inline(never)]
-    fn meet_textured(&mut self, scene: &Scene, lane: usize, vertex: &Vertex) {
-        let is_rough = vertex.class(scene) == Class::Rough;
-        set_bit(&mut self.rough, lane, is_rough);
-        self.more.alpha.set_lane(lane, vertex.parameters.alpha);
-        self.more
-            .specular
-            .set_lane(lane, vertex.parameters.specular);
-        self.more
-            .metallic
-            .set_lane(lane, vertex.parameters.metallic);
+    fn meet_textured(
+        &mut self,
+        lane: usize,
+        material: &Material,
+        textures: &Textures,
+        parameters: &Parameters,
+    ) {
+        let class = textures.class(&material.bsdf, parameters, material.class);
+        set_bit(&mut self.rough, lane, class == Class::Rough);
+        self.more.alpha.set_lane(lane, parameters.alpha);
+        self.more.specular.set_lane(lane, parameters.specular);
+        self.more.metallic.set_lane(lane, parameters.metallic);
     }
 
     /// This vertex in all lanes.
