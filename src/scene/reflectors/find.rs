@@ -1,6 +1,7 @@
 //! Reflectors are found among the triangles of a scene, once.
 
 use super::connected::{Edges, Groups};
+use super::sides::outsides;
 use super::{
     BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Sphere,
     patch,
@@ -11,7 +12,7 @@ use crate::scene::light_grid::{Emitter, LightGrid};
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::Mesh;
 use glam::Vec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use wide::f32x8;
 
 /// Points of a curved reflector where a search may begin.
@@ -19,7 +20,7 @@ const GUESSES: usize = 48;
 /// Boxes that rays are tested against one by one; of more, one around all.
 const BOXES: usize = 16;
 /// Flat triangles with this cosine between their planes are in one.
-const LEVEL: f32 = 1.0 - 1e-6;
+pub(super) const LEVEL: f32 = 1.0 - 1e-6;
 
 impl Reflectors {
     /// The reflectors among the triangles of `mesh`.
@@ -262,91 +263,6 @@ impl Reflector {
             bounds: bounds(mesh, triangles),
         }
     }
-}
-
-/// A side of a closed body.
-struct Side {
-    reflector: u32,
-    /// 1 where outside is the side of the normals, else -1.
-    outside: f32,
-    /// Whether it is a plane, and most of the body's other planes are across it.
-    is_across: bool,
-}
-
-/// What is a side of a closed body: what is curved, and planes beyond which nothing bulges.
-fn outsides(
-    mesh: &Mesh,
-    members: &[u32],
-    edges: &Edges,
-    of_triangle: &[u32],
-    list: &[Reflector],
-) -> Vec<Side> {
-    let mut bodies = Groups::new(members.len());
-    for sharing in edges.shared() {
-        let pairs = sharing.windows(2);
-        pairs.for_each(|pair| bodies.join(pair[0].1 as usize, pair[1].1 as usize));
-    }
-    let mut is_closed = vec![true; members.len()];
-    for sharing in edges.shared() {
-        let body = bodies.find(sharing[0].1 as usize);
-        is_closed[body] &= sharing.len() == 2;
-    }
-    let mut parts: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (index, &t) in members.iter().enumerate() {
-        let body = bodies.find(index);
-        if is_closed[body] {
-            parts.entry(body).or_default().push(t);
-        }
-    }
-    let mut found = Vec::new();
-    for part in parts.values() {
-        let mut planes: Vec<u32> = part.iter().map(|&t| of_triangle[t as usize]).collect();
-        planes.sort_unstable();
-        planes.dedup();
-        // Of bodies with many sides each plane matters little.
-        if planes.len() > MANY {
-            continue;
-        }
-        let volume = |&t: &u32| {
-            let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
-            a.dot(b.cross(c))
-        };
-        let outside = if part.iter().map(volume).sum::<f64>() < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        for &reflector in &planes {
-            let Form::Plane(plane) = &list[reflector as usize].form else {
-                found.push(Side {
-                    reflector,
-                    outside,
-                    is_across: false,
-                });
-                continue;
-            };
-            let heights = part.iter().flat_map(|&t| mesh.corners(t));
-            let heights = heights.map(|p| plane.height(p) * outside);
-            let bounds = heights.fold((0f32, 0f32), |(low, high), h| (low.min(h), high.max(h)));
-            if bounds.1 < 1e-3 * (bounds.1 - bounds.0) {
-                let others = planes.iter().filter(|&&r| r != reflector);
-                let across = others.map(|&r| match &list[r as usize] {
-                    Reflector {
-                        form: Form::Plane(other),
-                        area,
-                        ..
-                    } => area.copysign(LEVEL - plane.normal.dot(other.normal).abs()),
-                    _ => 0.0,
-                });
-                found.push(Side {
-                    reflector,
-                    outside,
-                    is_across: across.sum::<f32>() > 0.0,
-                });
-            }
-        }
-    }
-    found
 }
 
 /// Whether all light that meets the material goes on in single directions.

@@ -11,6 +11,7 @@ mod find;
 mod guess;
 mod patch;
 mod plane;
+mod sides;
 mod sphere;
 mod target;
 

@@ -31,8 +31,8 @@ const MICROFACETS: f32 = 4.0;
 const ANY: f32 = 1e6;
 
 impl Patch {
-    /// That of `triangles`, as they look to the side `outside` of their normals; without one, to both.
-    pub(super) fn new(mesh: &Mesh, triangles: &[u32], outside: Option<f32>) -> Self {
+    /// That of `triangles`, seen on both sides.
+    fn new(mesh: &Mesh, triangles: &[u32]) -> Self {
         let mut sum = [glam::DVec3::ZERO; 2];
         let mut total = 0.0;
         for &t in triangles {
@@ -47,11 +47,17 @@ impl Patch {
         let normals = triangles.iter().flat_map(|&t| normals_of(mesh, t));
         Self {
             middle,
-            normal: normal * outside.unwrap_or(1.0),
+            normal,
             turned: normals.map(|n| normal.angle_between(n)).fold(0.0, f32::max),
             radius: corners().map(|p| p.distance(middle)).fold(0.0, f32::max),
-            one_sided: outside.is_some(),
+            one_sided: false,
         }
+    }
+
+    /// It is seen on one side alone: 1 for that of its normals, -1 for the other.
+    fn look(&mut self, outside: f32) {
+        self.normal *= outside;
+        self.one_sided = true;
     }
 
     /// Where it may show the targets to the points `from`: a half vector may be a normal of it.
@@ -103,8 +109,10 @@ pub(super) fn cut_up(
     let surfaces = pieces.len();
     let most = surfaces + (MANY - 1).saturating_sub(list.len());
     while pieces.len() < most {
-        let worth = |piece: &Piece| piece.area * piece.turned;
-        let to_cut = pieces.iter_mut().filter(|piece| piece.turned > MOST_TURNED);
+        let worth = |piece: &Piece| piece.area * piece.patch.turned;
+        let to_cut = pieces
+            .iter_mut()
+            .filter(|piece| piece.may_be_cut && piece.patch.turned > MOST_TURNED);
         // Of equal ones the last: any, but always the same.
         let Some(piece) = to_cut.max_by(|a, b| worth(a).total_cmp(&worth(b))) else {
             break;
@@ -114,7 +122,7 @@ pub(super) fn cut_up(
                 *piece = a;
                 pieces.push(b);
             }
-            None => piece.turned = 0.0,
+            None => piece.may_be_cut = false,
         }
     }
     // The first of a surface has its number.
@@ -127,7 +135,8 @@ pub(super) fn cut_up(
         for &t in &piece.triangles {
             of_triangle[t as usize] = number;
         }
-        let reflector = piece.reflector(mesh, &list[piece.of as usize]);
+        let whole = &list[piece.of as usize];
+        let reflector = piece.reflector(mesh, whole);
         if index < surfaces {
             list[number as usize] = reflector;
         } else {
@@ -141,38 +150,41 @@ struct Piece {
     /// The number of the surface.
     of: u32,
     triangles: Vec<u32>,
-    turned: f32,
+    patch: Patch,
     area: f32,
+    /// Whether nobody has found yet that there is no cut through it.
+    may_be_cut: bool,
 }
 
 impl Piece {
     fn new(mesh: &Mesh, of: u32, triangles: Vec<u32>) -> Self {
-        let Patch { turned, .. } = Patch::new(mesh, &triangles, None);
-        let area = triangles.iter().map(|&t| mesh.area(t)).sum();
         Self {
             of,
+            patch: Patch::new(mesh, &triangles),
+            area: triangles.iter().map(|&t| mesh.area(t)).sum(),
             triangles,
-            turned,
-            area,
+            may_be_cut: true,
         }
     }
 
     /// What it is as a reflector, as a part of `whole`.
-    fn reflector(&self, mesh: &Mesh, whole: &Reflector) -> Reflector {
+    fn reflector(mut self, mesh: &Mesh, whole: &Reflector) -> Reflector {
+        self.patch.turned += MICROFACETS * whole.alpha;
         let mut curved = Curved {
             points: spread(mesh, &self.triangles),
             outside: None,
             sphere: None,
             patch: None,
         };
-        if let Form::Curved(Curved { outside, .. }) = whole.form {
-            let mut patch = Patch::new(mesh, &self.triangles, outside);
-            patch.turned += MICROFACETS * whole.alpha;
-            curved.patch = Some(patch);
-            if let Some(outside) = outside {
-                curved.look(outside);
-            }
+        if let Form::Curved(Curved {
+            outside: Some(outside),
+            ..
+        }) = whole.form
+        {
+            self.patch.look(outside);
+            curved.look(outside);
         }
+        curved.patch = Some(self.patch);
         Reflector {
             triangles: self.triangles.len() as u32,
             area: self.area,
