@@ -1,8 +1,8 @@
 //! Numbers and vectors in lanes: what is written once over [`Float`] runs for one path, or for the eight of a
 //! block at once.
 //!
-//! Each operation but those on angles rounds as glam's does for one vector, so what is computed in lanes has the bits of what
-//! is computed one by one.
+//! Each operation rounds as glam's does for one vector, but for those on angles: so what is computed in lanes without
+//! angles has the bits of what is computed one by one.
 
 use glam::Vec3;
 use std::fmt::Debug;

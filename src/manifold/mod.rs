@@ -91,7 +91,7 @@ impl Failure {
 #[derive(Debug, Default)]
 pub struct Walks {
     asked: Vec<Question>,
-    /// What has come of those that have ended.
+    /// What has come of those that have set out: nothing yet, of those that are under way.
     ended: Vec<Ended>,
     under_way: Vec<Walk>,
     rays: ClosestBatch,

@@ -24,7 +24,7 @@ const LARGEST_STEP: f32 = 0.5;
 /// Steps that lead away are halved until they are this short.
 const SHORTEST: f32 = 1.0 / 4.0;
 
-/// A walk under way, or ended.
+/// A walk under way, or just ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
     /// Its place among those that have been asked for.

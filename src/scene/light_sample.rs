@@ -93,7 +93,7 @@ impl Scene {
         let mut number = [0; LANES];
         let mut chosen = [&NearLight::NONE; LANES];
         let mut probability = f32x8::ONE;
-        // What is far and radiance of what is textured are taken one by one.
+        // Directional lights and radiance of what is textured are taken one by one.
         let (mut far, mut textured, mut points) = (0, 0, 0);
         for lane in lanes_of(lanes) {
             let u0 = u[0].lane(lane);

@@ -198,6 +198,7 @@ impl Texture {
             } else {
                 // From −1 to `count`; a remainder would take longer than all the rest.
                 let last = count as i64 - 1;
+                debug_assert!((-1..=last).contains(&first));
                 let before = if first < 0 { last } else { first };
                 let after = if first < last { first + 1 } else { 0 };
                 [before, after].map(|i| i as usize)
