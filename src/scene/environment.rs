@@ -333,6 +333,7 @@ mod tests {
     use crate::lanes::{LANES, Vec3x8};
     use crate::load::bitmap::Texels;
     use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
     use wide::f32x8;
 
     fn map(size: (u32, u32), bright: u32) -> EnvironmentMap {
@@ -360,6 +361,7 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(4), failure_persistence: None, ..Default::default() })]
         /// Eight lanes are what one is, but for the rounding of angles; samples are where they are seen.
         #[test]
         fn samples_are_the_same_in_lanes(

@@ -220,9 +220,9 @@ impl VerticesX8 {
         }
     }
 
-    /// Moves to where rays arrived at triangles of these materials, as by [`Interaction::new`](super::Interaction::new): surfaces in the lanes
-    /// `surfaces`. Points on lights have position, normal and offset; where there is no hit it means
-    /// nothing.
+    /// Moves to where rays arrived at triangles of these materials, as by
+    /// [`Interaction::new`](super::Interaction::new): surfaces in the lanes `surfaces`. Points on lights have position,
+    /// normal and offset; where there is no hit it means nothing.
     #[inline(always)]
     pub fn meet<const DIFFUSE: bool>(
         &mut self,
