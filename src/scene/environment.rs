@@ -202,16 +202,9 @@ impl EnvironmentMap {
         Seen {
             map: self,
             across: across - across.whole(),
-            down: self.down(x * x + z * z, up),
+            down: down(x * x + z * z, up),
             lanes,
         }
-    }
-
-    /// How far down in the picture directions lie, from 0 to 1, by the squares of their distances from the axis and
-    /// their heights: exact at the poles too, where the cosine is not.
-    #[inline]
-    fn down<F: Float>(&self, squared_radius: F, height: F) -> F {
-        squared_radius.root().angle_at(height) * F::splat(1.0 / PI)
     }
 
     /// The density inside a pixel: its probability over its solid angle.
@@ -247,7 +240,7 @@ impl EnvironmentMap {
         let seen = Seen {
             map: self,
             across,
-            down: self.down(squared_radius, up),
+            down: down(squared_radius, up),
             lanes,
         };
         SkySamples {
@@ -307,6 +300,13 @@ impl<F: Float> Seen<'_, F> {
         }
         density
     }
+}
+
+/// How far down in the picture directions lie, from 0 to 1, by the squares of their distances from the axis and their
+/// heights: exact at the poles too, where the cosine is not.
+#[inline]
+fn down<F: Float>(squared_radius: F, height: F) -> F {
+    squared_radius.root().angle_at(height) * F::splat(1.0 / PI)
 }
 
 /// The height on the unit sphere at the upper edge of a row.
