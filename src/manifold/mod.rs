@@ -113,8 +113,19 @@ struct Question {
 #[derive(Clone, Copy, Debug)]
 struct Ended {
     result: Result<Link, Failure>,
+    /// How often it has set out.
     shots: u32,
+    /// Rays that it has traced, the last segment apart.
     rays: u32,
+}
+
+impl Ended {
+    /// Of a walk that has set out, or has nowhere to begin.
+    const NOT_YET: Self = Self {
+        result: Err(Failure::Missed),
+        shots: 1,
+        rays: 0,
+    };
 }
 
 /// So many walks are under way at once: enough to fill packets of rays, few enough to stay close at hand.
@@ -159,15 +170,11 @@ impl Walks {
                     continue;
                 }
                 let walk = self.under_way.swap_remove(at);
-                if walk.result.is_ok() {
-                    let end = self.ends.push(&walk.shot.last(&walk.target));
+                if walk.ended.result.is_ok() {
+                    let end = self.ends.push(&walk.shot.last(&walk.question.target));
                     self.arrived.push((walk.number, end));
                 }
-                self.ended[walk.number as usize] = Ended {
-                    result: walk.result,
-                    shots: walk.shots,
-                    rays: walk.rays,
-                };
+                self.ended[walk.number as usize] = walk.ended;
             }
         }
         if self.arrived.is_empty() {
@@ -189,13 +196,9 @@ impl Walks {
         {
             if let Some(wi) = question.guess(scene) {
                 let number = self.ended.len() as u32;
-                self.under_way.push(Walk::new(number, question, wi));
+                self.under_way.push(Walk::new(number, *question, wi));
             }
-            self.ended.push(Ended {
-                result: Err(Failure::Missed),
-                shots: 1,
-                rays: 0,
-            });
+            self.ended.push(Ended::NOT_YET);
         }
     }
 

@@ -1,7 +1,7 @@
 //! A walk: shots from its vertex, each turned by what the last one missed, until one arrives.
 
 use super::shot::Shot;
-use super::{Failure, Link, Question, Start, Through};
+use super::{Ended, Failure, Link, Question, Through};
 use crate::bsdf::Lobe;
 use crate::scene::Scene;
 use crate::scene::reflectors::{Branch, Inside, Target};
@@ -29,9 +29,7 @@ const SHORTEST: f32 = 1.0 / 4.0;
 pub(super) struct Walk {
     /// Its place among those that have been asked for.
     pub(super) number: u32,
-    start: Start,
-    pub(super) target: Target,
-    through: Through,
+    pub(super) question: Question,
     pub(super) shot: Shot,
     /// The best shot so far: its direction, by how much it missed, and how to turn it.
     best: Option<(Vec3, f32, Vec3)>,
@@ -44,10 +42,7 @@ pub(super) struct Walk {
     again: bool,
     /// Whether the shot was reflected by another patch than by that which is due. Such shots lead on, and do not arrive.
     strayed: bool,
-    pub(super) shots: u32,
-    /// Rays that it has traced, the last segment apart.
-    pub(super) rays: u32,
-    pub(super) result: Result<Link, Failure>,
+    pub(super) ended: Ended,
 }
 
 /// What has come of a ray.
@@ -61,33 +56,24 @@ enum Outcome {
 
 impl Walk {
     /// One that sets out in the unit direction `wi`.
-    pub(super) fn new(number: u32, question: &Question, wi: Vec3) -> Self {
-        let &Question {
-            start,
-            target,
-            through,
-        } = question;
+    pub(super) fn new(number: u32, question: Question, wi: Vec3) -> Self {
         Self {
             number,
-            start,
-            target,
-            through,
-            shot: Shot::new(&start, wi, through.microfacet()),
+            question,
+            shot: Shot::new(&question.start, wi, question.through.microfacet()),
             best: None,
             share: 1.0,
             bent: (0.0, wi),
             again: false,
             strayed: false,
-            shots: 1,
-            rays: 0,
-            result: Err(Failure::Missed),
+            ended: Ended::NOT_YET,
         }
     }
 
     /// Goes on with what its ray has hit; whether it is still under way.
     pub(super) fn advance(&mut self, scene: &Scene, hit: Option<Hit>) -> bool {
-        self.rays += 1;
-        let through = self.through;
+        self.ended.rays += 1;
+        let through = self.question.through;
         let outcome = match through {
             Through::Ball(ball, branch) => self.go_through(scene, hit, (ball, branch)),
             Through::Passage | Through::Mirrors(_) | Through::Microfacet(..) => {
@@ -105,7 +91,7 @@ impl Walk {
     fn go(&mut self, scene: &Scene, hit: Option<Hit>, by: &[u32]) -> Outcome {
         let due = by.get(self.shot.reflections as usize).copied();
         // After the last reflection the target is the next to come.
-        let to_target = || self.target.from(self.shot.position).1;
+        let to_target = || self.question.target.from(self.shot.position).1;
         let Some(hit) = hit.filter(|hit| due.is_some() || hit.t < to_target()) else {
             return match (due, self.shot.vertices) {
                 (Some(_), _) => Outcome::Failed(Failure::Missed),
@@ -130,7 +116,9 @@ impl Walk {
                 if self.shot.vertices == MOST_VERTICES {
                     return Outcome::Failed(Failure::Unsolved);
                 }
-                let scattered = self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k);
+                let scattered =
+                    self.shot
+                        .scatter(scene, &hit, &vertex, lobe, self.question.start.k);
                 match scattered {
                     Ok(()) if self.is_past_all(scene, by) => Outcome::Through,
                     Ok(()) => Outcome::On,
@@ -148,7 +136,7 @@ impl Walk {
         // From a little further on, lest the surface where it is counts.
         let ahead = self.shot.position + self.shot.direction * (4.0 * self.shot.offset);
         self.shot.reflections as usize == by.len()
-            && !scene.reflectors.may_pass(ahead, &self.target)
+            && !scene.reflectors.may_pass(ahead, &self.question.target)
     }
 
     /// Goes into a ball of glass and out of it, once reflected inside or not.
@@ -172,7 +160,10 @@ impl Walk {
             (Inside::Reflected, 1) => Lobe::Reflection,
             _ => Lobe::Transmission,
         };
-        match self.shot.scatter(scene, &hit, &vertex, lobe, self.start.k) {
+        match self
+            .shot
+            .scatter(scene, &hit, &vertex, lobe, self.question.start.k)
+        {
             Ok(()) if self.shot.vertices == branch.vertices() => Outcome::Through,
             Ok(()) => Outcome::On,
             Err(failure) => Outcome::Failed(failure),
@@ -182,7 +173,7 @@ impl Walk {
     /// By how much the shot misses, and another one unless that is little.
     fn correct(&mut self, scene: &Scene) -> bool {
         let shot = &self.shot;
-        let (there, distance) = self.target.from(shot.position);
+        let (there, distance) = self.question.target.from(shot.position);
         // The miss as an angle, along two axes across the way to the target.
         let (a, b) = there.any_orthonormal_pair();
         let across = |v: Vec3| Vec2::new(a.dot(v), b.dot(v));
@@ -210,7 +201,7 @@ impl Walk {
             return self.bend_to(1.0, ahead);
         }
         if angle < NEAR {
-            self.result = self.arrive(scene, there, distance);
+            self.ended.result = self.arrive(scene, there, distance);
             return false;
         }
         // How the miss changes: the ray turns, and the target is seen from elsewhere.
@@ -219,8 +210,8 @@ impl Walk {
         let determinant = change[0].perp_dot(change[1]);
         let miss = sine * (angle / length);
         let step = Vec2::new(change[1].perp_dot(miss), miss.perp_dot(change[0])) / determinant;
-        if !step.is_finite() || self.shots >= MOST_SHOTS {
-            self.result = Err(Failure::Unsolved);
+        if !step.is_finite() || self.ended.shots >= MOST_SHOTS {
+            self.ended.result = Err(Failure::Unsolved);
             return false;
         }
         let step = step.clamp_length_max(LARGEST_STEP);
@@ -234,8 +225,8 @@ impl Walk {
     /// Tries half of the last turn, if there was one; else glass that bends less.
     fn retreat(&mut self, scene: &Scene, failure: Failure) -> bool {
         self.share *= 0.5;
-        self.result = Err(failure);
-        if self.shots >= MOST_SHOTS {
+        self.ended.result = Err(failure);
+        if self.ended.shots >= MOST_SHOTS {
             return false;
         }
         if let Some((wi, _, turn)) = self.best
@@ -245,7 +236,7 @@ impl Walk {
         }
         let (bent, wi) = self.bent;
         let more_bend = 0.5 * (self.shot.bend - bent);
-        let bends = !matches!(self.through, Through::Ball(..)) && more_bend > LEAST_BEND;
+        let bends = !matches!(self.question.through, Through::Ball(..)) && more_bend > LEAST_BEND;
         if bends && self.best.is_none() && failure == Failure::Reflected {
             return self.bend_to(bent + more_bend, wi);
         }
@@ -261,8 +252,14 @@ impl Walk {
 
     /// Where it begins again, once.
     fn other_guess(&self, scene: &Scene) -> Option<Vec3> {
-        let (reflectors, from) = (&scene.reflectors, self.start.position);
-        let other = || reflectors.other_guess(&self.through.mirrors(), from, &self.target);
+        let (reflectors, from) = (&scene.reflectors, self.question.start.position);
+        let other = || {
+            reflectors.other_guess(
+                &self.question.through.mirrors(),
+                from,
+                &self.question.target,
+            )
+        };
         (!self.again).then(other)?
     }
 
@@ -273,11 +270,11 @@ impl Walk {
     }
 
     fn shoot(&mut self, bend: f32, wi: Vec3) -> bool {
-        let microfacet = self.through.microfacet();
-        self.shot = Shot::new(&self.start, wi.normalize(), microfacet);
+        let microfacet = self.question.through.microfacet();
+        self.shot = Shot::new(&self.question.start, wi.normalize(), microfacet);
         self.strayed = false;
         self.shot.bend = bend;
-        self.shots += 1;
+        self.ended.shots += 1;
         true
     }
 
@@ -288,15 +285,20 @@ impl Walk {
             return Err(Failure::Unsolved);
         }
         // Each way through a ball is that of one branch.
-        if let Through::Ball(reflector, branch) = self.through
+        if let Through::Ball(reflector, branch) = self.question.through
             && let Some(ball) = scene.reflectors.ball(reflector)
-            && ball.branch(branch.inside, self.start.position, shot.wi, &self.target) != branch
+            && ball.branch(
+                branch.inside,
+                self.question.start.position,
+                shot.wi,
+                &self.question.target,
+            ) != branch
         {
             return Err(Failure::Unsolved);
         }
         // The beam's cross-section at the target over the solid angle at the vertex, and what it covers there.
         let near = || [0, 1].map(|i| shot.moved[i] + shot.turned[i] * distance);
-        let (section, cos) = match self.target {
+        let (section, cos) = match self.question.target {
             Target::Direction(_) => (shot.turned, 1.0),
             Target::Point(_) => (near(), 1.0),
             Target::Surface { ng, .. } => {

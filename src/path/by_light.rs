@@ -29,10 +29,7 @@ impl ByLight {
                     triangle: light.triangle,
                     scale: 1.0 / (g * pdf),
                 }),
-            (_, Some(map)) => {
-                let density = map.seen::<f32>(wi.into(), 1).density();
-                ByLight::Sky(scene.lights.sky() * density / pdf)
-            }
+            (_, Some(map)) => ByLight::Sky(scene.lights.sky() * map.density(wi) / pdf),
             // A constant environment is not sampled as a light.
             (_, None) => ByLight::Never,
         }

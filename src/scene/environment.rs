@@ -112,9 +112,15 @@ impl Environment {
     /// The radiance from the unit direction `direction`.
     #[inline]
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        self.radiance_in::<f32>(direction.into(), 1).into()
+    }
+
+    /// The radiance from the unit directions `direction`, in `lanes`.
+    #[inline]
+    pub fn radiance_in<F: Float>(&self, direction: Vector<F>, lanes: u32) -> Vector<F> {
         match self {
-            Environment::Constant(radiance) => *radiance,
-            Environment::Map(map) => map.seen::<f32>(direction.into(), 1).radiance().into(),
+            Environment::Constant(radiance) => Vector::splat(*radiance),
+            Environment::Map(map) => map.seen(direction, lanes).radiance(),
         }
     }
 
@@ -205,6 +211,12 @@ impl EnvironmentMap {
             down: down(x * x + z * z, up),
             lanes,
         }
+    }
+
+    /// Density per solid angle with which [`EnvironmentMap::sample`] draws the unit direction `direction`.
+    #[inline]
+    pub fn density(&self, direction: Vec3) -> f32 {
+        self.seen::<f32>(direction.into(), 1).density()
     }
 
     /// The density inside a pixel: its probability over its solid angle.

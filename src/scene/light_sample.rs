@@ -78,9 +78,7 @@ impl Scene {
             (Source::Directional(_), _) => self.lights.far.each(),
             (Source::Sky, Target::Direction(direction)) => {
                 let map = self.environment.map();
-                map.map_or(0.0, |map| {
-                    self.lights.sky() * map.seen::<f32>(direction.into(), 1).density()
-                })
+                map.map_or(0.0, |map| self.lights.sky() * map.density(direction))
             }
             (Source::Sky, _) => 0.0,
         }

@@ -195,12 +195,9 @@ impl Scene {
     /// Light that the camera sees in the unit directions `direction` in `lanes`, in which there is nothing.
     #[inline]
     pub fn seen_directly(&self, direction: Vec3x8, lanes: u32) -> Vec3x8 {
-        match (self.background, &self.environment) {
-            (Background::Environment, Environment::Map(map)) => {
-                map.seen(direction, lanes).radiance()
-            }
-            (Background::Environment, &Environment::Constant(radiance)) => Vec3x8::splat(radiance),
-            (Background::Colour(_) | Background::Transparent, _) => Vec3x8::ZERO,
+        match self.background {
+            Background::Environment => self.environment.radiance_in(direction, lanes),
+            Background::Colour(_) | Background::Transparent => Vec3x8::ZERO,
         }
     }
 

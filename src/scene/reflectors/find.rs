@@ -191,6 +191,9 @@ impl Curved {
         self.points
             .iter_mut()
             .for_each(|p| p.1 = p.1 * f32x8::splat(outside));
+        if let Some(patch) = &mut self.patch {
+            patch.look(outside);
+        }
         self.outside = Some(outside);
     }
 }

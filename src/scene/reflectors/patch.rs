@@ -55,7 +55,7 @@ impl Patch {
     }
 
     /// It is seen on one side alone: 1 for that of its normals, -1 for the other.
-    fn look(&mut self, outside: f32) {
+    pub(super) fn look(&mut self, outside: f32) {
         self.normal *= outside;
         self.one_sided = true;
     }
@@ -174,17 +174,15 @@ impl Piece {
             points: spread(mesh, &self.triangles),
             outside: None,
             sphere: None,
-            patch: None,
+            patch: Some(self.patch),
         };
         if let Form::Curved(Curved {
             outside: Some(outside),
             ..
         }) = whole.form
         {
-            self.patch.look(outside);
             curved.look(outside);
         }
-        curved.patch = Some(self.patch);
         Reflector {
             triangles: self.triangles.len() as u32,
             area: self.area,
