@@ -230,8 +230,11 @@ impl Question {
         let (from, target) = (self.start.position, &self.target);
         let guess = match self.through {
             Through::Passage => {
-                let may = reflectors.may_pass(from, target);
-                may.then(|| target.from(from).0)
+                let straight = || {
+                    let may = reflectors.may_pass(from, target);
+                    may.then(|| target.from(from).0)
+                };
+                reflectors.aside(from, target).or_else(straight)
             }
             Through::Mirrors(by) => reflectors.guess(&by, from, target),
             Through::Microfacet(reflector, normal) => {

@@ -2,7 +2,7 @@
 //! the base path and, with the same point, for its offset paths.
 
 use super::base::{BasePaths, Block, Own};
-use super::link::by_balls;
+use super::link::{by_balls, steps_aside};
 use super::{Context, trace_any};
 use crate::bsdf::Evals;
 use crate::geometry::Seen;
@@ -276,9 +276,13 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
-        for ((_, unseen), light) in self.unseen.iter_mut().zip(self.lights.iter()) {
+        for ((at, (sampled, unseen)), light) in
+            self.live.iter().zip(&mut self.unseen).zip(self.lights.iter())
+        {
             let ConnectionX8 { valid, ray, .. } = &light.base;
-            *unseen &= !valid | self.shadow.blocked(ray, *valid);
+            let seen = *unseen & valid & !self.shadow.blocked(ray, *valid);
+            let from = self.blocks[*at as usize].vertices.position;
+            *unseen &= !seen | steps_aside(scene, from, sampled, seen);
         }
         let weights = context.settings.weights;
         for (&at, light) in self.live.iter().zip(self.lights.iter()) {

@@ -114,6 +114,20 @@ pub(super) fn straight_on(
     lanes_where(unseen, |lane| samplers[lane].coin(STRAIGHT_ON + k) < share)
 }
 
+/// The lanes of those `seen` from the points `from` to whose light slabs of glass lead as well, a step aside.
+pub(super) fn steps_aside(scene: &Scene, from: Vec3x8, light: &LightSamplesX8, seen: u32) -> u32 {
+    if seen == 0 || !scene.reflectors.have_slabs() {
+        return 0;
+    }
+    lanes_where(seen, |lane| {
+        let end = light.lane(lane);
+        end.is_some_and(|end| {
+            let way = scene.reflectors.aside(from.lane(lane), &end.target);
+            way.is_some()
+        })
+    })
+}
+
 /// The first of the coins for straight ways on, beyond those for mirrors.
 const STRAIGHT_ON: u32 = 1 << 20;
 

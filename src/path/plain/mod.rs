@@ -279,11 +279,19 @@ impl PlainPaths {
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
         for (ray, lit) in self.lit.iter().enumerate() {
-            if !self.shadow.is_blocked(ray as u32) {
+            let is_seen = !self.shadow.is_blocked(ray as u32);
+            if is_seen {
                 self.gathered[lit.index as usize] += lit.light;
-            } else if through_glass {
+            }
+            if through_glass {
                 let (at, lane) = (lit.place as usize / LANES, lit.place as usize % LANES);
-                self.unseen[at].1 |= self.blocks[at].vertices.rough & 1 << lane;
+                let x = &self.blocks[at].vertices;
+                let (sampled, unseen) = &mut self.unseen[at];
+                let mut tried = x.rough & 1 << lane;
+                if is_seen {
+                    tried = link::steps_aside(scene, x.position, sampled, tried);
+                }
+                *unseen |= tried;
             }
         }
     }

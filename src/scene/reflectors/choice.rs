@@ -18,6 +18,9 @@ pub struct Choice {
 /// How much less a patch of nearly smooth metal is chosen where only microfacets that are turned far may show something.
 const BY_CHANCE: f32 = 0.1;
 
+/// How much less a side of glass is chosen where only other ways may show something than those through a slab across it.
+const ACROSS_BY_CHANCE: f32 = 0.1;
+
 /// Weights of singles, then of pairs, and their sum.
 struct Weights {
     each: [f32x8; MANY + PAIRS],
@@ -189,7 +192,12 @@ impl Reflector {
                 let seen = self.reflects(plane, p - from).only(shows);
                 // From where the plane does not show them, light is bent on its way there, or spread a little.
                 if self.is_across {
-                    seen.larger(of_all(1.0))
+                    let mut seen = seen;
+                    for slab in &self.across {
+                        let ways = slab.ways_by(plane, from, targets);
+                        seen = seen.larger(slab.reflected(&ways).only(ways.valid));
+                    }
+                    seen.larger(of_all(if self.across.is_empty() { 1.0 } else { ACROSS_BY_CHANCE }))
                 } else if self.alpha > 0.0 {
                     seen.larger(of_all(self.reflectance))
                 } else {

@@ -3,8 +3,8 @@
 use super::connected::{Edges, Groups};
 use super::sides::outsides;
 use super::{
-    BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Sphere,
-    patch,
+    BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Slab,
+    Sphere, patch,
 };
 use crate::bsdf::{Bsdf, fresnel};
 use crate::lanes::{LANES, Vec3x8, positive};
@@ -79,7 +79,7 @@ impl Reflectors {
             list.push(Reflector::new(mesh, materials, (part, number), is_plane));
         }
         let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
-        for side in sides {
+        for side in &sides {
             let outside = side.outside;
             let Reflector {
                 form,
@@ -105,6 +105,25 @@ impl Reflectors {
                     let part = &parts[side.reflector as usize];
                     curved.sphere = Sphere::of(mesh, part).filter(bulges);
                 }
+            }
+        }
+
+        // Slabs of glass, and the sides across them.
+        let bodies = sides.chunk_by(|a, b| a.body == b.body);
+        let glass = bodies.filter_map(|sides| {
+            let material = list[sides[0].reflector as usize].material;
+            let Bsdf::Glass { ior, .. } = materials[material as usize].bsdf else {
+                return None;
+            };
+            Some((sides.iter().map(|side| side.reflector).collect(), ior))
+        });
+        let (slabs, sides) = Slab::find(&list, glass);
+        for (side, slab) in sides {
+            let Reflector {
+                is_across, across, ..
+            } = &mut list[side as usize];
+            if *is_across {
+                across.push(slab);
             }
         }
 
@@ -178,6 +197,7 @@ impl Reflectors {
                 .sum::<f32>()
                 .clamp(1e-3, 1.0),
             balls,
+            slabs,
             grid,
             list,
             hindrance: None,
@@ -254,6 +274,7 @@ impl Reflector {
             surface,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             is_across: false,
+            across: Vec::new(),
             alpha: match *bsdf {
                 Bsdf::Conductor { alpha, .. } => alpha,
                 _ => 0.0,

@@ -1,6 +1,6 @@
 //! Where the search for a chain begins.
 
-use super::{Curved, Form, Reflectors, Sequence, Target};
+use super::{Curved, Form, Reflector, Reflectors, Sequence, Target, Targets};
 use crate::lanes::{Float, LANES, Vec3x8, positive};
 use glam::Vec3;
 use wide::f32x8;
@@ -9,11 +9,36 @@ impl Reflectors {
     /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
     /// planes. None where there is none, or where more than one is curved.
     pub fn guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
+        if let &[reflector] = by.numbers()
+            && let Some(way) = self.through_a_slab(reflector, from, target)
+        {
+            return way.try_normalize();
+        }
         self.guess_by(by, from, target, |curved, from, target| {
             curved
                 .exact(from, target)
                 .or_else(|| curved.best(from, target))
         })
+    }
+
+    /// The way from `from` to `target` by a plane of a body of glass, where light comes to it through a slab of that body:
+    /// by a side across the slab, or by a face and in by the other.
+    fn through_a_slab(&self, reflector: u32, from: Vec3, target: &Target) -> Option<Vec3> {
+        let Reflector {
+            form: Form::Plane(plane),
+            across,
+            ..
+        } = &self.list[reflector as usize]
+        else {
+            return None;
+        };
+        let targets = Targets::of(target);
+        let mut ways = across.iter().map(|slab| slab.ways_by::<f32>(plane, from.into(), &targets));
+        if let Some(found) = ways.find(|way| way.valid) {
+            return Some(found.way.into());
+        }
+        let (slab, other) = self.slab_of(reflector)?;
+        slab.way_back(other, from, &plane.image(target))
     }
 
     /// The same, for a microfacet of a reflector with the local normal `h`: exact where that is a plane.

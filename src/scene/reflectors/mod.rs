@@ -12,6 +12,7 @@ mod guess;
 mod patch;
 mod plane;
 mod sides;
+mod slab;
 mod sphere;
 mod target;
 
@@ -19,6 +20,7 @@ pub use ball::{Ball, Branch, Inside, Part};
 pub use choice::Choice;
 pub use patch::Patch;
 pub use plane::Plane;
+pub use slab::Slab;
 pub use sphere::Sphere;
 pub use target::{Target, Targets};
 
@@ -38,6 +40,8 @@ pub struct Reflectors {
     pairs: Vec<[u32; 2]>,
     /// Balls of glass among them, the largest.
     balls: Vec<(u32, Ball)>,
+    /// Slabs of glass.
+    slabs: Vec<Slab>,
     /// How much of the light they reflect where there is much, in (0, 1].
     worth: f32,
     /// The choice among many.
@@ -70,6 +74,8 @@ pub struct Reflector {
     /// Whether it is a plane of a body of glass to which light comes, inside, mostly through planes across it. These bend
     /// the way there, and it reflects all.
     is_across: bool,
+    /// The slabs of that body through whose faces light comes to it.
+    across: Vec<Slab>,
     bounds: Bounds,
 }
 

@@ -49,6 +49,28 @@ impl Plane {
         }
     }
 
+    /// A point on it.
+    pub(super) fn point(&self) -> Vec3 {
+        self.point
+    }
+
+    /// How far points are above it.
+    #[inline(always)]
+    pub(super) fn above<F: Float>(&self, p: Vector<F>) -> F {
+        self.n().dot(p - Vector::splat(self.point))
+    }
+
+    /// Whether it may reach points in its plane, or so far beyond its edges.
+    #[inline(always)]
+    pub(super) fn covers<F: Float>(&self, p: Vector<F>, margin: f32) -> F::Mask {
+        let p = p - Vector::splat(self.point);
+        let [x, y] = self.axes.map(|axis| Vector::<F>::splat(axis).dot(p));
+        let within = |x: F, low: f32, high: f32| {
+            !(x.below(F::splat(low - margin)) | x.above(F::splat(high + margin)))
+        };
+        within(x, self.low.x, self.high.x) & within(y, self.low.y, self.high.y)
+    }
+
     /// How far `p` is above it.
     pub(super) fn height(&self, p: Vec3) -> f32 {
         self.normal.dot(p - self.point)
@@ -114,11 +136,7 @@ impl Plane {
             (image - from, height + there)
         };
         let p = from + way * (height / whole);
-        let on = |axis: Vec3| Vector::<F>::splat(axis).dot(p - point);
-        let [x, y] = self.axes.map(on);
-        let within =
-            |x: F, low: f32, high: f32| !(x.below(F::splat(low)) | x.above(F::splat(high)));
-        let inside = within(x, self.low.x, self.high.x) & within(y, self.low.y, self.high.y);
+        let inside = self.covers(p, 0.0);
         let one_side = positive(height * there);
         let seen = if self.one_sided {
             one_side & positive(height)

@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 /// A side of a closed body.
 pub(super) struct Side {
     pub(super) reflector: u32,
+    /// The number of the body; its sides are together.
+    pub(super) body: usize,
     /// 1 where outside is the side of the normals, else -1.
     pub(super) outside: f32,
     /// Whether it is a plane, and most of the body's other planes are across it.
@@ -41,7 +43,7 @@ pub(super) fn outsides(
         }
     }
     let mut found = Vec::new();
-    for part in parts.values() {
+    for (&body, part) in &parts {
         let mut planes: Vec<u32> = part.iter().map(|&t| of_triangle[t as usize]).collect();
         planes.sort_unstable();
         planes.dedup();
@@ -62,6 +64,7 @@ pub(super) fn outsides(
             let Form::Plane(plane) = &list[reflector as usize].form else {
                 found.push(Side {
                     reflector,
+                    body,
                     outside,
                     is_across: false,
                 });
@@ -82,6 +85,7 @@ pub(super) fn outsides(
                 });
                 found.push(Side {
                     reflector,
+                    body,
                     outside,
                     is_across: across.sum::<f32>() > 0.0,
                 });

@@ -42,6 +42,20 @@ impl Target {
     }
 }
 
+impl Targets<f32> {
+    /// A single one.
+    pub(super) fn of(target: &Target) -> Self {
+        let (place, distant) = match *target {
+            Target::Surface { position, .. } | Target::Point(position) => (position, false),
+            Target::Direction(direction) => (direction, true),
+        };
+        Self {
+            place: place.into(),
+            distant,
+        }
+    }
+}
+
 impl Targets<f32x8> {
     /// Those that there are.
     pub fn gather(target: impl Fn(usize) -> Option<Target>) -> Self {
