@@ -1,5 +1,6 @@
 //! The choice of the reflectors by which a point is connected to a light, by what they may show it.
 
+use super::course::COURSES;
 use super::plane::Plane;
 use super::{Form, MANY, PAIRS, Reflector, Reflectors, Sequence, Targets};
 use crate::bsdf::fresnel;
@@ -18,12 +19,15 @@ pub struct Choice {
 /// How much less a patch of nearly smooth metal is chosen where only microfacets that are turned far may show something.
 const BY_CHANCE: f32 = 0.1;
 
-/// How much less a side of glass is chosen where only other ways may show something than those through a slab across it.
+/// How much less a side of glass is chosen where only other ways may show something than those by courses inside a slab.
 const ACROSS_BY_CHANCE: f32 = 0.1;
 
-/// Weights of singles, then of pairs, and their sum.
+/// Most singles, pairs and courses.
+const CANDIDATES: usize = MANY + PAIRS + COURSES;
+
+/// Weights of singles, then of pairs, then of courses, and their sum.
 struct Weights {
-    each: [f32x8; MANY + PAIRS],
+    each: [f32x8; CANDIDATES],
     total: f32x8,
 }
 
@@ -59,8 +63,13 @@ impl Reflectors {
         let mut open = lanes & positive(weights.total).to_bitmask();
         for (index, &weight) in weights.each.iter().take(self.candidates()).enumerate() {
             let chosen = open & rest.simd_lt(weight).to_bitmask();
+            if chosen == 0 {
+                rest -= weight;
+                continue;
+            }
+            let candidate = self.candidate(index, from, targets);
             for lane in lanes_of(chosen) {
-                choice.by[lane] = self.candidate(index);
+                choice.by[lane] = candidate[lane];
                 choice
                     .probability
                     .set_lane(lane, weight.lane(lane) / whole.lane(lane));
@@ -82,23 +91,19 @@ impl Reflectors {
         targets: &Targets<f32x8>,
         always: bool,
     ) -> f32x8 {
-        let number = |by: &Sequence| match *by.numbers() {
-            [r] => Some(r as usize),
-            [a, b] => {
-                let pair = self.pairs.binary_search(&[a, b]).ok()?;
-                Some(self.list.len() + pair)
-            }
-            _ => None,
-        };
         let weights = self.grid.is_none().then(|| self.weights(from, targets));
         f32x8::from_lanes(|lane| {
-            let Some(number) = by[lane].as_ref().and_then(number) else {
+            let Some((by, number)) = by[lane].and_then(|by| Some((by, self.number(&by)?))) else {
                 return 0.0;
             };
             match (&weights, &self.grid) {
                 (Some(weights), _) => {
                     let weight = weights.each[number].lane(lane);
-                    if weight > 0.0 {
+                    // A course may go by the same in another order.
+                    let is_it = weight > 0.0
+                        && (by.numbers().len() == 1
+                            || self.candidate(number, from, targets)[lane] == Some(by));
+                    if is_it {
                         weight / self.whole(weights.total, always).lane(lane)
                     } else {
                         0.0
@@ -112,6 +117,20 @@ impl Reflectors {
         })
     }
 
+    /// The place among the candidates of what goes by these reflectors, if it is one.
+    fn number(&self, by: &Sequence) -> Option<usize> {
+        let singles = self.list.len();
+        if let &[r] = by.numbers() {
+            return Some(r as usize);
+        }
+        let course = || self.courses.iter().position(|c| c.has(by.numbers()));
+        let pair = by.numbers().try_into().ok();
+        match pair.and_then(|pair: [u32; 2]| self.pairs.binary_search(&pair).ok()) {
+            Some(pair) => Some(singles + pair),
+            None => Some(singles + self.pairs.len() + course()?),
+        }
+    }
+
     /// What weights are divided by, whose sum this is.
     #[inline(always)]
     fn whole(&self, total: f32x8, always: bool) -> f32x8 {
@@ -123,22 +142,35 @@ impl Reflectors {
     }
 
     fn candidates(&self) -> usize {
-        self.list.len() + self.pairs.len()
+        self.list.len() + self.pairs.len() + self.courses.len()
     }
 
-    fn candidate(&self, index: usize) -> Option<Sequence> {
-        match index.checked_sub(self.list.len()) {
-            None => Some(Sequence::of(index as u32)),
-            Some(pair) => {
-                let [a, b] = self.pairs[pair];
-                Sequence::of(a).and(b)
+    /// What a candidate is in a lane; of courses the way that there is tells.
+    fn candidate(
+        &self,
+        index: usize,
+        from: Vec3x8,
+        targets: &Targets<f32x8>,
+    ) -> [Option<Sequence>; LANES] {
+        let Some(index) = index.checked_sub(self.list.len()) else {
+            return [Some(Sequence::of(index as u32)); LANES];
+        };
+        match index.checked_sub(self.pairs.len()) {
+            None => {
+                let [a, b] = self.pairs[index];
+                [Sequence::of(a).and(b); LANES]
+            }
+            Some(index) => {
+                let course = &self.courses[index];
+                let ways = course.ways(from, targets);
+                std::array::from_fn(|lane| course.sequence(&ways, lane))
             }
         }
     }
 
     fn weights(&self, from: Vec3x8, targets: &Targets<f32x8>) -> Weights {
         let mut weights = Weights {
-            each: [f32x8::ZERO; MANY + PAIRS],
+            each: [f32x8::ZERO; CANDIDATES],
             total: f32x8::ZERO,
         };
         let mut to = weights.each.iter_mut();
@@ -148,8 +180,8 @@ impl Reflectors {
                 *to = weight;
             }
         };
-        for reflector in &self.list {
-            put(reflector.shows(from, targets));
+        for (number, reflector) in (0..).zip(&self.list) {
+            put(reflector.shows(number, from, targets));
         }
         for &[a, b] in &self.pairs {
             let [a, b] = [a, b].map(|r| &self.list[r as usize]);
@@ -167,20 +199,24 @@ impl Reflectors {
                 _ => f32x8::ZERO,
             });
         }
+        for course in &self.courses {
+            let ways = course.ways(from, targets);
+            put(ways.reflected.only(ways.valid));
+        }
         weights
     }
 
     fn one_shows(&self, number: usize, from: Vec3x8, targets: &Targets<f32x8>, lane: usize) -> f32 {
         let from = Vec3x8::splat(from.lane(lane));
         let targets = targets.lane(lane);
-        self.list[number].shows(from, &targets).lane(lane)
+        self.list[number].shows(number as u32, from, &targets).lane(lane)
     }
 }
 
 impl Reflector {
     /// About how much of the targets it may show to the points `from`, in [0, 1]; 0 where it cannot.
     #[inline(always)]
-    fn shows(&self, from: Vec3x8, targets: &Targets<f32x8>) -> f32x8 {
+    fn shows(&self, number: u32, from: Vec3x8, targets: &Targets<f32x8>) -> f32x8 {
         let of_all = |share: f32| {
             let way = Vec3x8::splat(0.5 * (self.bounds.0 + self.bounds.1)) - from;
             let area = f32x8::splat(self.area);
@@ -191,13 +227,14 @@ impl Reflector {
                 let (p, shows) = plane.shows(from, targets);
                 let seen = self.reflects(plane, p - from).only(shows);
                 // From where the plane does not show them, light is bent on its way there, or spread a little.
+                let seen = seen.larger(self.shows_inside(number, from, targets));
                 if self.is_across {
-                    let mut seen = seen;
-                    for slab in &self.across {
-                        let ways = slab.ways_by(plane, from, targets);
-                        seen = seen.larger(slab.reflected(&ways).only(ways.valid));
-                    }
-                    seen.larger(of_all(if self.across.is_empty() { 1.0 } else { ACROSS_BY_CHANCE }))
+                    let by_chance = if self.courses.is_empty() {
+                        1.0
+                    } else {
+                        ACROSS_BY_CHANCE
+                    };
+                    seen.larger(of_all(by_chance))
                 } else if self.alpha > 0.0 {
                     seen.larger(of_all(self.reflectance))
                 } else {

@@ -2,8 +2,9 @@
 
 use super::connected::{Edges, Groups};
 use super::sides::outsides;
+use super::course::COURSES;
 use super::{
-    BALLS, Ball, Bounds, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Slab,
+    BALLS, Ball, Bounds, Course, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Slab,
     Sphere, patch,
 };
 use crate::bsdf::{Bsdf, fresnel};
@@ -108,24 +109,42 @@ impl Reflectors {
             }
         }
 
-        // Slabs of glass, and the sides across them.
-        let bodies = sides.chunk_by(|a, b| a.body == b.body);
-        let glass = bodies.filter_map(|sides| {
+        // Slabs of glass, and courses inside the first of each body.
+        let (mut slabs, mut courses) = (Vec::new(), Vec::new());
+        let mut body_of = vec![None; list.len()];
+        for sides in sides.chunk_by(|a, b| a.body == b.body) {
             let material = list[sides[0].reflector as usize].material;
             let Bsdf::Glass { ior, .. } = materials[material as usize].bsdf else {
-                return None;
+                continue;
             };
-            Some((sides.iter().map(|side| side.reflector).collect(), ior))
-        });
-        let (slabs, sides) = Slab::find(&list, glass);
-        for (side, slab) in sides {
-            let Reflector {
-                is_across, across, ..
-            } = &mut list[side as usize];
-            if *is_across {
-                across.push(slab);
+            let sides: Vec<u32> = sides.iter().map(|side| side.reflector).collect();
+            let own = Slab::of_body(&list, &sides, ior);
+            for slab in &own {
+                let across = sides.iter().filter_map(|&side| match &list[side as usize] {
+                    Reflector {
+                        is_across: true,
+                        form: Form::Plane(plane),
+                        ..
+                    } if plane.is_across(&slab.faces[0]) => Some((side, plane.clone())),
+                    _ => None,
+                });
+                let across: Vec<_> = across.collect();
+                let is_largest = std::ptr::eq(slab, &own[0]);
+                if !slab.is_large(&own[0]) {
+                    break;
+                }
+                let (several, single) = Course::all(slab, &across);
+                for (number, course) in single {
+                    list[number as usize].courses.push(course);
+                }
+                if is_largest && courses.len() + several.len() <= COURSES {
+                    courses.extend(several);
+                    sides.iter().for_each(|&side| body_of[side as usize] = Some(sides[0]));
+                }
             }
+            slabs.extend(own);
         }
+        let slabs = Slab::largest(slabs);
 
         // What is curved and no sphere is cut up, unless there are many.
         patch::cut_up(mesh, &mut list, parts, &mut of_triangle);
@@ -153,9 +172,12 @@ impl Reflectors {
             passages = vec![passages.into_iter().fold(EMPTY, around)];
         }
         let mut pairs = Vec::new();
+        let body = |r: usize| body_of.get(r).copied().flatten();
+        let in_one_slab = |a, b| body(a).is_some() && body(a) == body(b);
         for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
             if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
                 && a != b
+                && !in_one_slab(a, b)
                 && list[a].alpha.max(list[b].alpha) == 0.0
                 && p.is_seen_from(&list[b].bounds)
                 && q.is_seen_from(&list[a].bounds)
@@ -166,6 +188,7 @@ impl Reflectors {
         // Among many, single ones alone are chosen.
         if list.len() >= MANY {
             pairs.clear();
+            courses.clear();
         }
         if pairs.len() > PAIRS {
             let brighter = |a: &[u32; 2], b: &[u32; 2]| {
@@ -198,6 +221,7 @@ impl Reflectors {
                 .clamp(1e-3, 1.0),
             balls,
             slabs,
+            courses,
             grid,
             list,
             hindrance: None,
@@ -274,7 +298,7 @@ impl Reflector {
             surface,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             is_across: false,
-            across: Vec::new(),
+            courses: Vec::new(),
             alpha: match *bsdf {
                 Bsdf::Conductor { alpha, .. } => alpha,
                 _ => 0.0,

@@ -1,6 +1,6 @@
 //! Where the search for a chain begins.
 
-use super::{Curved, Form, Reflector, Reflectors, Sequence, Target, Targets};
+use super::{Curved, Form, Reflectors, Sequence, Target};
 use crate::lanes::{Float, LANES, Vec3x8, positive};
 use glam::Vec3;
 use wide::f32x8;
@@ -9,9 +9,7 @@ impl Reflectors {
     /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
     /// planes. None where there is none, or where more than one is curved.
     pub fn guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
-        if let &[reflector] = by.numbers()
-            && let Some(way) = self.through_a_slab(reflector, from, target)
-        {
+        if let Some(way) = self.inside_a_slab(by, from, target) {
             return way.try_normalize();
         }
         self.guess_by(by, from, target, |curved, from, target| {
@@ -21,24 +19,14 @@ impl Reflectors {
         })
     }
 
-    /// The way from `from` to `target` by a plane of a body of glass, where light comes to it through a slab of that body:
-    /// by a side across the slab, or by a face and in by the other.
-    fn through_a_slab(&self, reflector: u32, from: Vec3, target: &Target) -> Option<Vec3> {
-        let Reflector {
-            form: Form::Plane(plane),
-            across,
-            ..
-        } = &self.list[reflector as usize]
-        else {
-            return None;
+    /// The way from `from` to `target` by these reflectors inside a slab of glass, if it is there.
+    fn inside_a_slab(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
+        let courses = match by.numbers() {
+            &[reflector] => &self.list[reflector as usize].courses,
+            _ => &self.courses,
         };
-        let targets = Targets::of(target);
-        let mut ways = across.iter().map(|slab| slab.ways_by::<f32>(plane, from.into(), &targets));
-        if let Some(found) = ways.find(|way| way.valid) {
-            return Some(found.way.into());
-        }
-        let (slab, other) = self.slab_of(reflector)?;
-        slab.way_back(other, from, &plane.image(target))
+        let mut fitting = courses.iter().filter(|course| course.has(by.numbers()));
+        fitting.find_map(|course| course.way(by, from, target))
     }
 
     /// The same, for a microfacet of a reflector with the local normal `h`: exact where that is a plane.

@@ -7,6 +7,7 @@
 mod ball;
 mod choice;
 mod connected;
+mod course;
 mod find;
 mod guess;
 mod patch;
@@ -18,6 +19,7 @@ mod target;
 
 pub use ball::{Ball, Branch, Inside, Part};
 pub use choice::Choice;
+pub use course::Course;
 pub use patch::Patch;
 pub use plane::Plane;
 pub use slab::Slab;
@@ -42,6 +44,8 @@ pub struct Reflectors {
     balls: Vec<(u32, Ball)>,
     /// Slabs of glass.
     slabs: Vec<Slab>,
+    /// Courses inside of them with more than one reflection.
+    courses: Vec<Course>,
     /// How much of the light they reflect where there is much, in (0, 1].
     worth: f32,
     /// The choice among many.
@@ -74,8 +78,8 @@ pub struct Reflector {
     /// Whether it is a plane of a body of glass to which light comes, inside, mostly through planes across it. These bend
     /// the way there, and it reflects all.
     is_across: bool,
-    /// The slabs of that body through whose faces light comes to it.
-    across: Vec<Slab>,
+    /// The courses inside slabs on which it is the only one that reflects.
+    courses: Vec<Course>,
     bounds: Bounds,
 }
 

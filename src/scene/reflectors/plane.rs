@@ -19,6 +19,9 @@ pub struct Plane {
     pub(super) one_sided: bool,
 }
 
+/// Planes are across one another with this cosine between them.
+const ACROSS: f32 = 1e-3;
+
 impl Plane {
     /// Of the triangles with these corners, of which `largest` has the most exact normal.
     pub(super) fn new(
@@ -47,6 +50,11 @@ impl Plane {
             high: high + margin,
             one_sided: false,
         }
+    }
+
+    /// Whether another one is across it.
+    pub(super) fn is_across(&self, other: &Self) -> bool {
+        self.normal.dot(other.normal).abs() < ACROSS
     }
 
     /// A point on it.
@@ -178,7 +186,7 @@ impl Plane {
 
     /// Heights of points above it, cosines of directions.
     #[inline(always)]
-    fn heights<F: Float>(&self, targets: &Targets<F>) -> F {
+    pub(super) fn heights<F: Float>(&self, targets: &Targets<F>) -> F {
         let above = targets.place.dot(self.n());
         let own = F::splat(self.normal.dot(self.point));
         if targets.distant.any() {
