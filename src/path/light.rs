@@ -276,8 +276,11 @@ impl<const N: usize> BasePaths<N> {
             }
         }
         trace_any(context, &mut self.shadow, RayKind::Shadow, &mut self.counts);
-        for ((at, (sampled, unseen)), light) in
-            self.live.iter().zip(&mut self.unseen).zip(self.lights.iter())
+        for ((at, (sampled, unseen)), light) in self
+            .live
+            .iter()
+            .zip(&mut self.unseen)
+            .zip(self.lights.iter())
         {
             let ConnectionX8 { valid, ray, .. } = &light.base;
             let seen = *unseen & valid & !self.shadow.blocked(ray, *valid);

@@ -456,3 +456,38 @@ fn glass_that_reflects_inside() {
     let scene = scene(&all, &[egg], 0.5);
     agrees_in("glass that reflects inside", &scene, 256);
 }
+
+/// A window of solid glass in a frame that hides its edges, before a lamp, and a cube of glass below another: beside frames
+/// light is seen through glass alone, and sides of glass send it where nothing else does.
+#[test]
+fn windows_in_frames() {
+    let mut all = prism(
+        &[[0.62, 0.3], [0.7, 0.3], [0.7, -0.3], [0.62, -0.3]],
+        0.2,
+        0.8,
+    );
+    let wall = |z: [f32; 2], y: [f32; 2]| {
+        let at = |y: f32, z: f32| [0.6, y, z];
+        let corners = vec![
+            at(y[0], z[0]),
+            at(y[0], z[1]),
+            at(y[1], z[1]),
+            at(y[1], z[0]),
+        ];
+        (corners, FLOOR)
+    };
+    all.extend([
+        wall([-1.0, 1.0], [0.0, 0.2]),
+        wall([-1.0, 1.0], [0.8, 1.3]),
+        wall([-1.0, -0.3], [0.2, 0.8]),
+        wall([0.3, 1.0], [0.2, 0.8]),
+    ]);
+    let outside = Vec3::new(1.4, 0.5, 0.0);
+    all.push((upright(outside, Vec3::NEG_X, 0.3, 0.5), LAMP));
+    all.extend(prism(
+        &[[-0.7, 0.4], [-0.3, 0.4], [-0.3, 0.0], [-0.7, 0.0]],
+        0.05,
+        0.45,
+    ));
+    agrees_in("windows in frames", &scene(&all, &[], 0.3), 512);
+}

@@ -1,6 +1,6 @@
 //! Chains of mirrors and glass: 𝒢 against numeric derivatives, answers against closed forms and against a search.
 
-use crate::common::{Rng, cases, glass, mirror, polygons, shipped, sphere, tracer};
+use crate::common::{Rng, cases, glass, lambert, mirror, polygons, shipped, sphere, tracer};
 use gdpt::error::Warnings;
 use gdpt::frame::Frame;
 use gdpt::lanes::{Float, Vec3x8};
@@ -339,6 +339,104 @@ proptest! {
         prop_assert!((link.geometry / numeric - 1.0).abs() < 0.03, "{} {}", link.geometry, numeric);
     }
 
+    /// Through a slab behind a frame, walks find the ways that pass close to the frame, where the straight way is blocked.
+    #[test]
+    fn slabs_refract_beside_frames(
+        from in vector(-1.0, 1.0), beside in -0.03f32..0.03, along in -0.5f32..0.5, ior in 1.1f32..2.2,
+        thickness in 0.02f32..0.3, past in 0.1f32..2.0
+    ) {
+        let from = from.with_y(-0.4);
+        let sides = block(Vec3::new(-0.6, 0.0, -0.6), Vec3::new(0.6, thickness, 0.6));
+        // A frame below the slab's edges at x < 0.
+        let frame = [[-3.0, -0.001, -3.0], [-3.0, -0.001, 3.0], [-0.55, -0.001, 3.0], [-0.55, -0.001, -3.0]];
+        let mut all: Vec<_> = sides.iter().map(|side| (&side[..], 0)).collect();
+        all.push((&frame[..], 1));
+        let scene = polygons(&all, vec![glass(ior), lambert(0.5)], &settings());
+        let tracer = tracer(&scene);
+        let into = Vec3::new(-0.55 + beside, 0.0, along);
+        let wi = (into - from).normalize();
+        let inside = refracted(wi, Vec3::NEG_Y, ior);
+        let out_of = into + inside * (thickness / inside.y);
+        let to = out_of + wi * past;
+        let stays_inside = out_of.x.abs() < 0.599 && out_of.z.abs() < 0.599;
+        prop_assume!(stays_inside && beside.abs() > 5e-3);
+        let found = walk((&scene, &*tracer), from, point(to, -wi), Through::Passage);
+        match found {
+            Ok(link) => {
+                prop_assert!(beside > 0.0 && link.vertices == 2 && link.free);
+                prop_assert!(link.wi.distance(wi) < 1e-4);
+            }
+            Err(_) => prop_assert!(beside < 0.0),
+        }
+    }
+
+    /// What light does inside a block, walks find that know where it begins: by sides, by faces, by both, in any order; and
+    /// these ways may be chosen.
+    #[test]
+    fn courses_inside_blocks(
+        from in vector(-1.0, 1.0), into in (-0.4f32..0.4, -0.4f32..0.4), ior in 1.1f32..2.2, thickness in 0.05f32..0.25,
+        bounces in 0u32..3, past in 0.1f32..2.0, distant in any::<bool>(), turned in any::<bool>()
+    ) {
+        const HALF: f32 = 0.4;
+        let from = from.with_y(-0.4 - from.y.abs());
+        let sides = block(Vec3::new(-HALF, 0.0, -HALF), Vec3::new(HALF, thickness, HALF));
+        let sides: Vec<_> = sides.iter().map(|side| (&side[..], 0)).collect();
+        let scene = polygons(&sides, vec![glass(ior)], &settings());
+        let tracer = tracer(&scene);
+        // Followed through the block.
+        let into = Vec3::new(into.0, 0.0, into.1) * if turned { 1.0 } else { 0.99 };
+        let wi = (into - from).normalize();
+        let (mut p, mut d) = (into, refracted(wi, Vec3::NEG_Y, ior));
+        let (mut by, mut at_faces, mut at_sides) = (Vec::new(), 0, 0);
+        let number = |p: Vec3, normal: Vec3| {
+            let is_it = |r: &u32| match &scene.reflectors.list()[*r as usize].form {
+                Form::Plane(plane) => {
+                    let shown = |p: Vec3| match plane.image(&Target::Point(p)) {
+                        Target::Point(image) => image,
+                        other => panic!("{other:?}"),
+                    };
+                    shown(p).distance(p) < 1e-4 && shown(p + normal).distance(p - normal) < 1e-3
+                }
+                Form::Curved(_) => false,
+            };
+            (0..6).find(is_it).unwrap()
+        };
+        loop {
+            let far = |d: f32, p: f32, low: f32, high: f32| if d > 0.0 { (high - p) / d } else { (low - p) / d };
+            let ways = [far(d.x, p.x, -HALF, HALF), far(d.y, p.y, 0.0, thickness), far(d.z, p.z, -HALF, HALF)];
+            let axis = (0..3).min_by(|&a, &b| ways[a].total_cmp(&ways[b])).unwrap();
+            p += d * ways[axis];
+            if axis == 1 && at_faces == bounces {
+                break;
+            }
+            by.push(number(p, Vec3::AXES[axis]));
+            d[axis] = -d[axis];
+            (at_faces, at_sides) = (at_faces + u32::from(axis == 1), at_sides + u32::from(axis != 1));
+            prop_assume!(by.len() < 4);
+        }
+        // Near edges it is a matter of rounding.
+        prop_assume!(p.x.abs() < HALF - 1e-3 && p.z.abs() < HALF - 1e-3);
+        prop_assume!(matches!((at_sides, bounces), (1, 0 | 2) | (2, 0) | (0, 1 | 2)));
+        let is_reached_twice = by.iter().enumerate().any(|(i, r)| by[..i].contains(r));
+        prop_assume!(!is_reached_twice);
+        let out = Vec3::new(d.x * ior, (1.0 - ior * ior * (d.x * d.x + d.z * d.z)).sqrt().copysign(d.y), d.z * ior);
+        let target = if distant { Target::Direction(out) } else { point(p + out * past, -out) };
+        let sequence = by.iter().try_fold(Sequence::NONE, |so_far, &r| so_far.and(r)).unwrap();
+        let link = walk((&scene, &*tracer), from, target, Through::Mirrors(sequence));
+        let link = link.map_err(|failure| TestCaseError::fail(format!("{by:?} {failure:?}")))?;
+        prop_assert!(link.free && link.vertices as usize == 2 + by.len());
+        prop_assert!(link.wi.distance(wi) < 2e-4, "{} {}", link.wi, wi);
+        let targets = Targets::gather(|_| Some(target));
+        let chosen = scene.reflectors.probability(&[Some(sequence); 8], Vec3x8::splat(from), &targets, true);
+        prop_assert!(chosen.lane(3) > 0.0);
+        // What is reflected in all is worth as much as anything else.
+        let inside = refracted(wi, Vec3::NEG_Y, ior);
+        let is_total = ior * (1.0 - inside.x.abs().max(inside.z.abs()).powi(2)).sqrt() > 1.0;
+        if at_sides == 1 && bounces == 0 && is_total {
+            prop_assert!(chosen.lane(3) > 0.2, "{}", chosen.lane(3));
+        }
+    }
+
     /// By a ball, what a walk finds is as short as any way, and 𝒢 is as by a numeric derivative; also to directions.
     #[test]
     fn balls_reflect(from in vector(-3.0, 3.0), to in vector(-3.0, 3.0), kind in 0u32..3) {
@@ -446,6 +544,12 @@ proptest! {
             prop_assert!((link.geometry / numeric - 1.0).abs() < 0.03, "{} {}", link.geometry, numeric);
         }
     }
+}
+
+/// The unit direction in which light along `d` goes on inside glass, behind a surface with this normal, outwards.
+fn refracted(d: Vec3, normal: Vec3, ior: f32) -> Vec3 {
+    let along = (d - normal * d.dot(normal)) / ior;
+    along - normal * (1.0 - along.length_squared()).sqrt()
 }
 
 /// The sine under which a ray leaves for a point so far across, through so much air and glass, by bisection.

@@ -209,7 +209,9 @@ impl Reflectors {
     fn one_shows(&self, number: usize, from: Vec3x8, targets: &Targets<f32x8>, lane: usize) -> f32 {
         let from = Vec3x8::splat(from.lane(lane));
         let targets = targets.lane(lane);
-        self.list[number].shows(number as u32, from, &targets).lane(lane)
+        self.list[number]
+            .shows(number as u32, from, &targets)
+            .lane(lane)
     }
 }
 

@@ -17,7 +17,7 @@ pub struct Course {
 }
 
 /// Ways on a course, from points in lanes.
-pub(super) struct Ways<F: Float> {
+pub(super) struct OnCourse<F: Float> {
     /// In which they set out, of any length.
     way: Vector<F>,
     /// How much is reflected, in [0, 1].
@@ -30,14 +30,14 @@ pub(super) struct Ways<F: Float> {
     depths: [F; MOST_SIDES],
 }
 
-impl<F: Float> Ways<F> {
+impl<F: Float> OnCourse<F> {
     fn none() -> Self {
         Self {
-        way: Vector::ZERO,
-        reflected: F::ZERO,
-        valid: F::Mask::none(),
-        is_above: F::Mask::none(),
-        depths: [F::ZERO; MOST_SIDES],
+            way: Vector::ZERO,
+            reflected: F::ZERO,
+            valid: F::Mask::none(),
+            is_above: F::Mask::none(),
+            depths: [F::ZERO; MOST_SIDES],
         }
     }
 }
@@ -45,7 +45,7 @@ impl<F: Float> Ways<F> {
 /// Most sides of a course.
 const MOST_SIDES: usize = 2;
 /// Most courses of a scene beside those with a single reflection.
-pub(super) const COURSES: usize = 16;
+pub(super) const COURSES: usize = 18;
 
 impl Course {
     /// The courses inside a slab with these sides across it, and that with a single reflection at each of the sides and the
@@ -62,10 +62,15 @@ impl Course {
             single.push((side.0, course(&[side], 0)));
             several.push(course(&[side], 2));
             let others = sides[place + 1..].iter();
-            let others = others.filter(|other| other.1.is_across(&side.1));
+            let others = others.filter(|other| other.1.is_upright_on(&side.1));
             several.extend(others.map(|other| course(&[side, other], 0)));
         }
         (several, single)
+    }
+
+    /// Area of the slab.
+    pub(super) fn area(&self) -> f32 {
+        self.slab.area
     }
 
     /// Whether light is reflected at these, in whichever order.
@@ -80,7 +85,7 @@ impl Course {
 
     /// The ways from the points `from` to the targets.
     #[inline(always)]
-    pub(super) fn ways<F: Float>(&self, from: Vector<F>, targets: &Targets<F>) -> Ways<F> {
+    pub(super) fn ways<F: Float>(&self, from: Vector<F>, targets: &Targets<F>) -> OnCourse<F> {
         let slab = &self.slab;
         let [first, second] = &slab.faces;
         let [above, below] = [first, second].map(|face| face.above(from));
@@ -97,7 +102,7 @@ impl Course {
         let past = F::select(leaves_above, past_first, past_second);
         let mut valid = positive(height) & positive(past);
         if !valid.any() {
-            return Ways::none();
+            return OnCourse::none();
         }
 
         // Unfolded at the sides: how far along the slab, and how far into it and past it.
@@ -117,21 +122,25 @@ impl Course {
         for (_, side) in &self.sides {
             let (start, rise) = (side.above(from), along.dot(Vector::splat(side.normal)));
             let comes_in_before = (start + rise * least * height).below(F::ZERO);
-            valid = valid & positive(rise) & comes_in_before & positive(start + rise * most * reach);
+            valid =
+                valid & positive(rise) & comes_in_before & positive(start + rise * most * reach);
         }
         if !self.sides.is_empty() && !valid.any() {
-            return Ways::none();
+            return OnCourse::none();
         }
         let steepness = slab.steepness(along.dot(along), outside, all_depth * near);
         let way = along * steepness - upwards;
 
+        let covers = |is_first: F::Mask, p: Vector<F>| {
+            is_first & first.covers(p, 0.0) | !is_first & second.covers(p, 0.0)
+        };
         // Where it comes in, where inside it meets the sides, and where it leaves.
         let come_in = from + way * height;
         let aside = way + upwards;
         let squared = aside.dot(aside);
         let aside = aside * (F::ONE / slab.depth_inside(squared));
         let mut leave = come_in + aside * all_depth;
-        valid = valid & first.covers(come_in, 0.0);
+        valid = valid & covers(is_above, come_in);
         let mut depths = [F::ZERO; MOST_SIDES];
         let mut reflected = F::ONE;
         for ((_, side), to) in self.sides.iter().zip(&mut depths) {
@@ -144,7 +153,7 @@ impl Course {
             reflected = reflected * slab.reflects_inside(cos);
             *to = depth;
         }
-        valid = valid & first.covers(leave, 0.0);
+        valid = valid & covers(leaves_above, leave);
         if self.bounces > 0 {
             let least = F::splat(fresnel::dielectric(1.0, slab.ior));
             let cos = F::ONE / (F::ONE + squared).root();
@@ -153,7 +162,7 @@ impl Course {
                 reflected = reflected * at_face;
             }
         }
-        Ways {
+        OnCourse {
             way,
             reflected,
             valid,
@@ -163,7 +172,7 @@ impl Course {
     }
 
     /// The reflectors by which the way in a lane goes, in their order.
-    pub(super) fn sequence<F: Float>(&self, ways: &Ways<F>, lane: usize) -> Option<Sequence> {
+    pub(super) fn sequence<F: Float>(&self, ways: &OnCourse<F>, lane: usize) -> Option<Sequence> {
         if ways.valid.bits() >> lane & 1 == 0 {
             return None;
         }

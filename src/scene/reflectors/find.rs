@@ -1,11 +1,11 @@
 //! Reflectors are found among the triangles of a scene, once.
 
 use super::connected::{Edges, Groups};
-use super::sides::outsides;
 use super::course::COURSES;
+use super::sides::{Side, outsides};
 use super::{
-    BALLS, Ball, Bounds, Course, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors, Slab,
-    Sphere, patch,
+    BALLS, Ball, Bounds, Course, Curved, Form, MANY, NONE, PAIRS, Plane, Reflector, Reflectors,
+    Slab, Sphere, patch,
 };
 use crate::bsdf::{Bsdf, fresnel};
 use crate::lanes::{LANES, Vec3x8, positive};
@@ -109,42 +109,51 @@ impl Reflectors {
             }
         }
 
-        // Slabs of glass, and courses inside the first of each body.
+        // Slabs of glass, and courses inside of them, the largest first.
         let (mut slabs, mut courses) = (Vec::new(), Vec::new());
-        let mut body_of = vec![None; list.len()];
         for sides in sides.chunk_by(|a, b| a.body == b.body) {
-            let material = list[sides[0].reflector as usize].material;
-            let Bsdf::Glass { ior, .. } = materials[material as usize].bsdf else {
+            let index = |side: &Side| {
+                let material = list[side.reflector as usize].material;
+                match materials[material as usize].bsdf {
+                    // Of a hole in glass the index is that inside of the hole.
+                    Bsdf::Glass { ior, .. } if side.outside > 0.0 => Some(ior),
+                    _ => None,
+                }
+            };
+            let Some(ior) = index(&sides[0]) else {
                 continue;
             };
+            if sides.iter().any(|side| index(side) != Some(ior)) {
+                continue;
+            }
             let sides: Vec<u32> = sides.iter().map(|side| side.reflector).collect();
+            let surface = sides.iter().map(|&side| list[side as usize].area).sum();
             let own = Slab::of_body(&list, &sides, ior);
-            for slab in &own {
-                let across = sides.iter().filter_map(|&side| match &list[side as usize] {
+            let large = own.iter().filter(|slab| slab.is_large(surface));
+            for (place, slab) in large.enumerate() {
+                let upright = sides.iter().filter_map(|&side| match &list[side as usize] {
                     Reflector {
                         is_across: true,
                         form: Form::Plane(plane),
                         ..
-                    } if plane.is_across(&slab.faces[0]) => Some((side, plane.clone())),
+                    } if plane.is_upright_on(&slab.faces[0]) => Some((side, plane.clone())),
                     _ => None,
                 });
-                let across: Vec<_> = across.collect();
-                let is_largest = std::ptr::eq(slab, &own[0]);
-                if !slab.is_large(&own[0]) {
-                    break;
-                }
-                let (several, single) = Course::all(slab, &across);
+                let upright: Vec<_> = upright.collect();
+                let (several, single) = Course::all(slab, &upright);
                 for (number, course) in single {
                     list[number as usize].courses.push(course);
                 }
-                if is_largest && courses.len() + several.len() <= COURSES {
-                    courses.extend(several);
-                    sides.iter().for_each(|&side| body_of[side as usize] = Some(sides[0]));
+                if place == 0 {
+                    courses.push(several);
                 }
             }
             slabs.extend(own);
         }
         let slabs = Slab::largest(slabs);
+        courses.sort_by(|a, b| b[0].area().total_cmp(&a[0].area()));
+        let mut courses = courses.concat();
+        courses.truncate(COURSES);
 
         // What is curved and no sphere is cut up, unless there are many.
         patch::cut_up(mesh, &mut list, parts, &mut of_triangle);
@@ -172,12 +181,14 @@ impl Reflectors {
             passages = vec![passages.into_iter().fold(EMPTY, around)];
         }
         let mut pairs = Vec::new();
-        let body = |r: usize| body_of.get(r).copied().flatten();
-        let in_one_slab = |a, b| body(a).is_some() && body(a) == body(b);
+        let is_a_course = |pair: [usize; 2]| {
+            let numbers = pair.map(|r| r as u32);
+            courses.iter().any(|course: &Course| course.has(&numbers))
+        };
         for (a, b) in (0..list.len()).flat_map(|a| (0..list.len()).map(move |b| (a, b))) {
             if let (Form::Plane(p), Form::Plane(q)) = (&list[a].form, &list[b].form)
                 && a != b
-                && !in_one_slab(a, b)
+                && !is_a_course([a, b])
                 && list[a].alpha.max(list[b].alpha) == 0.0
                 && p.is_seen_from(&list[b].bounds)
                 && q.is_seen_from(&list[a].bounds)

@@ -7,7 +7,7 @@ use wide::f32x8;
 
 impl Reflectors {
     /// The unit direction from `from` in which a search for `target` by these reflectors begins: exact where all are
-    /// planes. None where there is none, or where more than one is curved.
+    /// planes and no glass on the way bends it, and on courses inside slabs. None where there is none, or where more than one is curved.
     pub fn guess(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
         if let Some(way) = self.inside_a_slab(by, from, target) {
             return way.try_normalize();

@@ -19,8 +19,8 @@ pub struct Plane {
     pub(super) one_sided: bool,
 }
 
-/// Planes are across one another with this cosine between them.
-const ACROSS: f32 = 1e-3;
+/// Planes are perpendicular with this cosine between them.
+const UPRIGHT: f32 = 1e-3;
 
 impl Plane {
     /// Of the triangles with these corners, of which `largest` has the most exact normal.
@@ -30,17 +30,21 @@ impl Plane {
         corners: impl Iterator<Item = Vec3>,
     ) -> Self {
         let [a, b, c] = largest;
-        let sides = [b - a, c - b, a - c].into_iter();
-        let longest = sides.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-        let across = longest
-            .unwrap_or(b - a)
-            .normalize_or(normal.any_orthonormal_vector());
-        let axes = [across, normal.cross(across)];
-        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for p in corners {
-            let p = Vec2::new(axes[0].dot(p - a), axes[1].dot(p - a));
-            (low, high) = (low.min(p), high.max(p));
-        }
+        let corners: Vec<Vec3> = corners.collect();
+        // Along that of its edges about which a rectangle around all is the smallest: of what is one, itself.
+        let rectangle = |edge: Vec3| {
+            let across = edge.normalize_or(normal.any_orthonormal_vector());
+            let axes = [across, normal.cross(across)];
+            let places = corners.iter();
+            let places = places.map(|&p| Vec2::new(axes[0].dot(p - a), axes[1].dot(p - a)));
+            let around = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+            let (low, high) = places.fold(around, |(low, high), p| (low.min(p), high.max(p)));
+            (axes, low, high)
+        };
+        let area = |&(_, low, high): &([Vec3; 2], Vec2, Vec2)| (high - low).element_product();
+        let edges = [b - a, c - b, a - c].map(rectangle).into_iter();
+        let smallest = edges.min_by(|a, b| area(a).total_cmp(&area(b)));
+        let (axes, low, high) = smallest.unwrap_or_else(|| rectangle(b - a));
         let margin = 1e-4 * (high - low).max_element();
         Self {
             normal,
@@ -52,9 +56,9 @@ impl Plane {
         }
     }
 
-    /// Whether another one is across it.
-    pub(super) fn is_across(&self, other: &Self) -> bool {
-        self.normal.dot(other.normal).abs() < ACROSS
+    /// Whether another one is perpendicular to it.
+    pub(super) fn is_upright_on(&self, other: &Self) -> bool {
+        self.normal.dot(other.normal).abs() < UPRIGHT
     }
 
     /// A point on it.

@@ -16,18 +16,19 @@ pub struct Slab {
     pub(super) thickness: f32,
     /// Refractive index, inside over outside.
     pub(super) ior: f32,
-    area: f32,
+    /// That of the smaller face.
+    pub(super) area: f32,
 }
 
 /// Most slabs of a scene, the largest.
 const SLABS: usize = 16;
 /// Planes are parallel with this cosine between them.
 const PARALLEL: f32 = 1.0 - 1e-6;
-/// The way is corrected so often by how far aside light steps on it: each time what is left of the error is a third at most.
+/// Through several slabs, the way is corrected so often by how far aside light steps on it. A walk does the rest.
 const ROUNDS: usize = 4;
 /// Steps of Newton's method.
-const STEPS: usize = 2;
-/// Courses are looked for inside slabs that are at least so large, of the largest of their body.
+const STEPS: usize = 3;
+/// Courses are looked for inside slabs whose faces are at least this share of their body's surface.
 const LARGE: f32 = 0.25;
 
 impl Slab {
@@ -38,7 +39,7 @@ impl Slab {
             return None;
         };
         let thickness = -p.height(q.point());
-        let is_slab = p.normal.dot(q.normal) < -PARALLEL && thickness > 0.0;
+        let is_slab = p.normal.dot(q.normal) < -PARALLEL && thickness > 0.0 && ior > 1.0;
         is_slab.then(|| Self {
             faces: [p.clone(), q.clone()],
             numbers,
@@ -59,9 +60,9 @@ impl Slab {
         slabs
     }
 
-    /// Whether it is large, of the slabs of its body.
-    pub(super) fn is_large(&self, largest: &Self) -> bool {
-        self.area >= LARGE * largest.area
+    /// Whether its faces are a good part of its body, of which this is the surface.
+    pub(super) fn is_large(&self, surface: f32) -> bool {
+        2.0 * self.area >= LARGE * surface
     }
 
     /// The largest of all, the largest first.
@@ -86,8 +87,8 @@ impl Slab {
         (F::splat(squared_index) + F::splat(squared_index - 1.0) * squared).root()
     }
 
-    /// Of light that gets as far sideways as `squared` is the square of, over the depths `outside` and `inside` in all, the
-    /// sideways part of its way outside for each unit of depth, as a share of that distance.
+    /// Of light that gets sideways by a distance of which this is the square, over the depths `outside` and `inside` in all:
+    /// the tangent of its angle outside over that distance.
     #[inline(always)]
     pub(super) fn steepness<F: Float>(&self, squared: F, outside: F, inside: F) -> F {
         // The root of share (outside + inside / depth_inside) = 1 by Newton's method: the left side is concave, so it is
@@ -165,24 +166,31 @@ impl Reflectors {
             Target::Direction(_) => return None,
         };
         let straight = to - from;
-        // Straight on it may be beyond the edges by the step aside.
-        let mut passed = self.slabs.iter().filter(|slab| {
-            slab.is_between(from, to) && slab.is_passed(from, straight, slab.step_aside(straight).length())
-        });
+        let between = self.slabs.iter().filter(|slab| slab.is_between(from, to));
+        // Straight on it may be beyond their edges by all the steps aside.
+        let margin = between
+            .clone()
+            .map(|slab| slab.step_aside(straight).length());
+        let margin = margin.sum();
+        let mut passed = between
+            .clone()
+            .filter(|slab| slab.is_passed(from, straight, margin));
         let first = passed.next()?;
         if passed.next().is_none() {
             let way = first.way_through(from, to);
-            return first.is_passed(from, way, 0.0).then(|| way.try_normalize())?;
+            return first
+                .is_passed(from, way, 0.0)
+                .then(|| way.try_normalize())?;
         }
-        let mut way = straight;
-        for round in 0..=ROUNDS {
-            let between = self.slabs.iter().filter(|slab| slab.is_between(from, to));
-            let steps = between.filter_map(|slab| {
-                let step = slab.step_aside(way);
-                let margin = if round == 0 { step.length() } else { 0.0 };
-                slab.is_passed(from, way, margin).then_some(step)
-            });
-            way = straight - steps.sum::<Vec3>();
+        let steps = |way: Vec3, margin: f32| {
+            let passed = between
+                .clone()
+                .filter(|slab| slab.is_passed(from, way, margin));
+            passed.map(|slab| slab.step_aside(way)).sum::<Vec3>()
+        };
+        let mut way = straight - steps(straight, margin);
+        for _ in 0..ROUNDS {
+            way = straight - steps(way, 0.0);
         }
         (way != straight).then(|| way.try_normalize())?
     }
