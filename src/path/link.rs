@@ -304,5 +304,5 @@ pub(super) fn fits(context: Context, k: u32, vertices: u32) -> bool {
     k + vertices < context.settings.depth
 }
 
-/// The light samples of a block, and the lanes of which it is not known that they are seen.
+/// The light samples of a block, and the lanes from which they are not seen, or by way of slabs as well.
 pub(super) type Unseen = (LightSamplesX8, u32);

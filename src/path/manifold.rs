@@ -102,7 +102,7 @@ struct Places<'a, const N: usize> {
 
 impl<const N: usize> BasePaths<N> {
     /// Samples light through mirrors and glass at the rough vertices x_k, and gathers what comes from there. Through
-    /// glass these are the samples of the light step that were not seen.
+    /// glass these are the samples of the light step that were not seen, or to which slabs lead as well.
     pub(super) fn walk_step(&mut self, context: Context, k: u32) {
         let scene = context.scene;
         // There is no room for a chain.

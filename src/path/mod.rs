@@ -165,7 +165,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Whether walks straight through glass follow the light step, with its samples that are not seen.
+    /// Whether walks straight through glass follow the light step, see [`link::Unseen`].
     fn walks_through_glass(&self) -> bool {
         self.walks && self.scene.reflectors.let_light_pass()
     }

@@ -457,6 +457,15 @@ fn glass_that_reflects_inside() {
     agrees_in("glass that reflects inside", &scene, 256);
 }
 
+/// A block of glass in the open, under a lamp and before a wall: its sides and faces reflect inside, once and more often.
+#[test]
+fn a_block_of_glass() {
+    let corners = [[-0.4, 0.3], [0.5, 0.1], [0.45, -0.125], [-0.45, 0.075]];
+    let mut all = prism(&corners, 0.02, 0.5);
+    all.push((upright(Vec3::new(0.0, 0.0, -0.5), Vec3::Z, 0.8, 0.9), FLOOR));
+    agrees_in("a block of glass", &scene(&all, &[], 0.4), 512);
+}
+
 /// A window of solid glass in a frame that hides its edges, before a lamp, and a cube of glass below another: beside frames
 /// light is seen through glass alone, and sides of glass send it where nothing else does.
 #[test]

@@ -200,3 +200,25 @@ impl Plane {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rectangle reaches as far as its own sides, whichever way it is turned and cut in two.
+    #[test]
+    fn rectangles_end_at_their_sides() {
+        let frame = Frame::<f32>::new(Vec3::new(0.3, -0.8, 0.4).normalize().into());
+        let at = |x: f32, y: f32| Vec3::from(frame.to_world(Vec3::new(x, y, 0.5).into()));
+        let corners = [at(0.0, 0.0), at(3.0, 0.0), at(3.0, 1.0), at(0.0, 1.0)];
+        for largest in [[0, 1, 2], [1, 2, 3], [2, 3, 0], [3, 0, 1]] {
+            let largest = largest.map(|c: usize| corners[c]);
+            let normal = (largest[1] - largest[0]).cross(largest[2] - largest[0]);
+            let plane = Plane::new(largest, normal.normalize(), corners.into_iter());
+            let covers = |x, y| plane.covers::<f32>(at(x, y).into(), 0.0);
+            assert!(covers(0.01, 0.01) && covers(2.99, 0.99) && covers(1.5, 0.5));
+            assert!(!covers(-0.01, 0.5) && !covers(3.01, 0.5));
+            assert!(!covers(1.5, -0.01) && !covers(1.5, 1.01));
+        }
+    }
+}
