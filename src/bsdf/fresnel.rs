@@ -12,6 +12,13 @@ pub fn schlick<F: Float>(f0: Vector<F>, cos: F) -> Vector<F> {
     f0 + (Vector::ONE - f0) * fifth_power(F::ONE - cos)
 }
 
+/// The same of a single channel, or of a dielectric, of which it is near.
+#[inline(always)]
+pub fn schlick_grey<F: Float>(f0: f32, cos: F) -> F {
+    let f0 = F::splat(f0);
+    f0 + (F::ONE - f0) * fifth_power(F::ONE - cos)
+}
+
 /// The fifth power of a number that is clamped to [0, 1] before.
 #[inline(always)]
 pub fn fifth_power<F: Float>(x: F) -> F {

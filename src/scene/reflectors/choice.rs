@@ -5,6 +5,7 @@ use super::plane::Plane;
 use super::{Form, MANY, PAIRS, Reflector, Reflectors, Sequence, Targets};
 use crate::bsdf::fresnel;
 use crate::lanes::{Float, LANES, Vec3x8, lanes_of, positive};
+use glam::Vec3;
 use wide::f32x8;
 
 /// What has been chosen for eight points.
@@ -63,13 +64,8 @@ impl Reflectors {
         let mut open = lanes & positive(weights.total).to_bitmask();
         for (index, &weight) in weights.each.iter().take(self.candidates()).enumerate() {
             let chosen = open & rest.simd_lt(weight).to_bitmask();
-            if chosen == 0 {
-                rest -= weight;
-                continue;
-            }
-            let candidate = self.candidate(index, from, targets);
             for lane in lanes_of(chosen) {
-                choice.by[lane] = candidate[lane];
+                choice.by[lane] = self.candidate(index, from.lane(lane), &targets.single(lane));
                 choice
                     .probability
                     .set_lane(lane, weight.lane(lane) / whole.lane(lane));
@@ -100,10 +96,9 @@ impl Reflectors {
                 (Some(weights), _) => {
                     let weight = weights.each[number].lane(lane);
                     // A course may go by the same in another order.
-                    let is_it = weight > 0.0
-                        && (by.numbers().len() == 1
-                            || self.candidate(number, from, targets)[lane] == Some(by));
-                    if is_it {
+                    let from = from.lane(lane);
+                    let is_it = || self.candidate(number, from, &targets.single(lane)) == Some(by);
+                    if weight > 0.0 && is_it() {
                         weight / self.whole(weights.total, always).lane(lane)
                     } else {
                         0.0
@@ -145,26 +140,17 @@ impl Reflectors {
         self.list.len() + self.pairs.len() + self.courses.len()
     }
 
-    /// What a candidate is in a lane; of courses the way that there is tells.
-    fn candidate(
-        &self,
-        index: usize,
-        from: Vec3x8,
-        targets: &Targets<f32x8>,
-    ) -> [Option<Sequence>; LANES] {
+    /// What a candidate is for a point and a target; of courses the way that there is tells.
+    fn candidate(&self, index: usize, from: Vec3, target: &Targets<f32>) -> Option<Sequence> {
         let Some(index) = index.checked_sub(self.list.len()) else {
-            return [Some(Sequence::of(index as u32)); LANES];
+            return Some(Sequence::of(index as u32));
         };
         match index.checked_sub(self.pairs.len()) {
             None => {
                 let [a, b] = self.pairs[index];
-                [Sequence::of(a).and(b); LANES]
+                Sequence::of(a).and(b)
             }
-            Some(index) => {
-                let course = &self.courses[index];
-                let ways = course.ways(from, targets);
-                std::array::from_fn(|lane| course.sequence(&ways, lane))
-            }
+            Some(index) => self.courses[index].sequence(from, target),
         }
     }
 
@@ -260,11 +246,10 @@ impl Reflector {
     /// About what a plane reflects of light that comes along `way`.
     #[inline(always)]
     fn reflects(&self, plane: &Plane, way: Vec3x8) -> f32x8 {
-        let least = f32x8::splat(self.reflectance);
         if self.is_metal {
-            return least;
+            return f32x8::splat(self.reflectance);
         }
         let cos = Vec3x8::splat(plane.normal).dot(way.normalize()).abs();
-        least + (f32x8::ONE - least) * fresnel::fifth_power(f32x8::ONE - cos)
+        fresnel::schlick_grey(self.reflectance, cos)
     }
 }

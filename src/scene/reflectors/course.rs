@@ -141,6 +141,7 @@ impl Course {
         let aside = aside * (F::ONE / slab.depth_inside(squared));
         let mut leave = come_in + aside * all_depth;
         valid = valid & covers(is_above, come_in);
+        let inside = (F::ONE + aside.dot(aside)).root();
         let mut depths = [F::ZERO; MOST_SIDES];
         let mut reflected = F::ONE;
         for ((_, side), to) in self.sides.iter().zip(&mut depths) {
@@ -149,15 +150,14 @@ impl Course {
             valid = valid & positive(rise) & positive(depth) & depth.below(all_depth);
             let above = side.above(leave);
             leave = leave - Vector::splat(side.normal) * (above + above);
-            let cos = rise / (F::ONE + aside.dot(aside)).root();
+            let cos = rise / inside;
             reflected = reflected * slab.reflects_inside(cos);
             *to = depth;
         }
         valid = valid & covers(leaves_above, leave);
         if self.bounces > 0 {
-            let least = F::splat(fresnel::dielectric(1.0, slab.ior));
             let cos = F::ONE / (F::ONE + squared).root();
-            let at_face = least + (F::ONE - least) * fresnel::fifth_power(F::ONE - cos);
+            let at_face = fresnel::schlick_grey(slab.reflectance, cos);
             for _ in 0..self.bounces {
                 reflected = reflected * at_face;
             }
@@ -171,13 +171,17 @@ impl Course {
         }
     }
 
-    /// The reflectors by which the way in a lane goes, in their order.
-    pub(super) fn sequence<F: Float>(&self, ways: &OnCourse<F>, lane: usize) -> Option<Sequence> {
-        if ways.valid.bits() >> lane & 1 == 0 {
+    /// The reflectors by which the way from a point to a target goes, in their order, if there is one.
+    pub(super) fn sequence(&self, from: Vec3, target: &Targets<f32>) -> Option<Sequence> {
+        self.order(&self.ways(from.into(), target))
+    }
+
+    fn order(&self, way: &OnCourse<f32>) -> Option<Sequence> {
+        if !way.valid {
             return None;
         }
         let mut faces = self.slab.numbers;
-        if ways.is_above.bits() >> lane & 1 == 0 {
+        if !way.is_above {
             faces.reverse();
         }
         let [near, far] = faces;
@@ -185,8 +189,8 @@ impl Course {
             let face = if bounce % 2 == 1 { far } else { near };
             (bounce as f32 * self.slab.thickness, face)
         });
-        let at_sides = self.sides.iter().zip(&ways.depths);
-        let at_sides = at_sides.map(|((number, _), depth)| (depth.lane(lane), *number));
+        let at_sides = self.sides.iter().zip(&way.depths);
+        let at_sides = at_sides.map(|((number, _), depth)| (*depth, *number));
         let mut all = [(f32::INFINITY, NONE); Sequence::MOST];
         for (to, reflection) in all.iter_mut().zip(at_faces.chain(at_sides)) {
             *to = reflection;
@@ -198,8 +202,8 @@ impl Course {
 
     /// The way from `from` to `target`, if it goes by these reflectors in this order.
     pub(super) fn way(&self, by: &Sequence, from: Vec3, target: &Target) -> Option<Vec3> {
-        let ways = self.ways::<f32>(from.into(), &Targets::of(target));
-        (self.sequence(&ways, 0)? == *by).then(|| ways.way.into())
+        let on_course = self.ways(from.into(), &Targets::of(target));
+        (self.order(&on_course)? == *by).then(|| on_course.way.into())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where the search for a chain begins.
 
-use super::{Curved, Form, Reflectors, Sequence, Target};
+use super::{Curved, Form, Reflectors, Sequence, Target, Targets};
 use crate::lanes::{Float, LANES, Vec3x8, positive};
 use glam::Vec3;
 use wide::f32x8;
@@ -101,15 +101,12 @@ impl Curved {
     /// The point at which the half vector of the ways to `from` and to `target` is the nearest to the normal.
     fn best(&self, from: Vec3, target: &Target) -> Option<Vec3> {
         let from = Vec3x8::splat(from);
-        let (to, is_distant) = match *target {
-            Target::Surface { position, .. } | Target::Point(position) => (position, false),
-            Target::Direction(direction) => (direction, true),
-        };
-        let to = Vec3x8::splat(to);
+        let Targets { place, distant } = Targets::of(target);
+        let to = Vec3x8::splat(place.into());
         // The squared cosine of the angle between them, and the point: in each lane the best, of equal ones the first.
         let mut best = (f32x8::ZERO, Vec3x8::ZERO);
         for &(p, normal) in &self.points {
-            let (here, there) = (from - p, if is_distant { to } else { to - p });
+            let (here, there) = (from - p, if distant { to } else { to - p });
             let (cos_o, cos_i) = (normal.dot(here), normal.dot(there));
             let mut seen = positive(cos_o * cos_i);
             if self.outside.is_some() {

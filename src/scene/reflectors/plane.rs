@@ -85,7 +85,7 @@ impl Plane {
 
     /// How far `p` is above it.
     pub(super) fn height(&self, p: Vec3) -> f32 {
-        self.normal.dot(p - self.point)
+        self.above::<f32>(p.into())
     }
 
     /// Whether it can be seen from a part of a box.
@@ -135,8 +135,7 @@ impl Plane {
         from: Vector<F>,
         targets: &Targets<F>,
     ) -> (Vector<F>, F::Mask) {
-        let point = Vector::splat(self.point);
-        let height = self.n().dot(from - point);
+        let height = self.above(from);
         let there = self.heights(targets);
         let image = targets.place - self.n::<F>() * (there + there);
         let (way, whole) = if targets.distant.any() {

@@ -16,6 +16,8 @@ pub struct Slab {
     pub(super) thickness: f32,
     /// Refractive index, inside over outside.
     pub(super) ior: f32,
+    /// At normal incidence.
+    pub(super) reflectance: f32,
     /// That of the smaller face.
     pub(super) area: f32,
 }
@@ -45,6 +47,7 @@ impl Slab {
             numbers,
             thickness,
             ior,
+            reflectance: fresnel::dielectric(1.0, ior),
             area: a.area.min(b.area),
         })
     }
@@ -109,8 +112,7 @@ impl Slab {
     pub(super) fn reflects_inside<F: Float>(&self, cos: F) -> F {
         let squared_sine = F::splat(self.ior * self.ior) * (F::ONE - cos * cos);
         let cos = (F::ONE - squared_sine).larger(F::ZERO).root();
-        let least = F::splat(fresnel::dielectric(1.0, self.ior));
-        least + (F::ONE - least) * fresnel::fifth_power(F::ONE - cos)
+        fresnel::schlick_grey(self.reflectance, cos)
     }
 
     /// The way from a point on one side of it, of any length, on which light comes to one on the other.

@@ -78,6 +78,14 @@ impl Targets<f32x8> {
         }
     }
 
+    /// That of a lane.
+    pub(super) fn single(&self, lane: usize) -> Targets<f32> {
+        Targets {
+            place: self.place.lane(lane).into(),
+            distant: self.distant.to_bitmask() >> lane & 1 == 1,
+        }
+    }
+
     /// That of a lane, in all.
     pub(super) fn lane(&self, lane: usize) -> Self {
         Self {
