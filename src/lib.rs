@@ -112,7 +112,7 @@
 //!
 //! Where to read on: a path's vertices are in [`vertex`], eight at once; the loop over them in `path/mod.rs`; what the
 //! base path does at one, and how its offset paths follow, in `path/light.rs` and `path/bounce.rs`, how paths that go on
-//! move together in `path/pack.rs`, and what follows when all share the rest in `path/plain`; light sampling where half vectors are copied in `path/aim.rs`; light through mirrors
+//! move together in `path/pack.rs`, and what follows when all share the rest in `path/plain`; light sampling where offset paths copy half vectors in `path/aim.rs`; light through mirrors
 //! and glass in `path/manifold.rs`, by the walks of [`manifold`] between the surfaces of [`scene::reflectors`]; the shift itself, decision by decision, in [`shift`]; what
 //! the two paths add to a difference in [`gradient`]; how materials scatter in [`bsdf`], one file each; how light is
 //! chosen in [`scene::light`], and sampled in [`scene::light_sample`]; the solves in [`reconstruct`].

@@ -130,7 +130,7 @@ impl Job<'_> {
     ) -> Outcome {
         let start = Instant::now();
         let mut counts = Counts::default();
-        let walks = Shares::learn::<N>(self.scene, self.tracer, &self.settings);
+        let walks = Shares::learn(self.scene, self.tracer, &self.settings);
         let worker = |_| Worker {
             paths: PathTracer::new(walks),
             sums: TileSums::default(),

@@ -318,13 +318,15 @@ impl Bsdf {
 
     /// Roughness that decides the class rough or specular: 1 for what has a Lambert part, 0 for deltas, else the GGX
     /// alpha; for rough glass scaled by how strongly it bends, since at an index near 1 what passes
-    /// keeps its direction however rough the surface is.
+    /// keeps its direction however rough the surface is. What lets light pass counts twice: no walk finds light by
+    /// it, as by metal, so the class specular pays up to a smaller alpha.
     pub fn roughness(&self) -> f32 {
         match *self {
             Bsdf::Lambert { .. } | Bsdf::Plastic { .. } => 1.0,
             Bsdf::Mirror { .. } | Bsdf::Glass { .. } | Bsdf::Thin { .. } => 0.0,
-            Bsdf::Conductor { alpha, .. } | Bsdf::RoughThin { alpha, .. } => alpha,
-            Bsdf::RoughGlass { ior, alpha, .. } => alpha * ((ior - 1.0).abs() * 4.0).min(1.0),
+            Bsdf::Conductor { alpha, .. } => alpha,
+            Bsdf::RoughThin { alpha, .. } => 2.0 * alpha,
+            Bsdf::RoughGlass { ior, alpha, .. } => 2.0 * alpha * ((ior - 1.0).abs() * 4.0).min(1.0),
         }
     }
 }

@@ -264,7 +264,7 @@ pub struct RenderArgs {
     #[arg(help_heading = METHOD, long, default_value = "auto")]
     pub manifold: Manifold,
 
-    /// Surfaces of at most this GGX roughness (alpha) copy half vectors
+    /// Metal of at most this GGX roughness (alpha) copies half vectors, glass of half of it; on planes of twice as much
     #[arg(help_heading = METHOD, long, default_value_t = ROUGHNESS_THRESHOLD)]
     pub roughness_threshold: f32,
 

@@ -60,13 +60,19 @@ pub(super) fn by_mirrors(
     let lanes = lanes & light.valid.to_bitmask();
     let targets = targets(light);
     let reflectors = &context.scene.reflectors;
-    let Choice { by, probability } = reflectors.choose(from, &targets, lanes, u, context.always());
-    let mut probability = probability * f32x8::splat(context.tried());
+    let Choice {
+        by,
+        mut probability,
+    } = reflectors.choose(from, &targets, lanes, u, context.always());
     let mut ways = [None; LANES];
     for lane in lanes_of(lanes) {
         let (Some(end), Some(by)) = (light.lane(lane), by[lane]) else {
             continue;
         };
+        if !context.goes_by(&samplers[lane], k, &by) {
+            continue;
+        }
+        probability.set_lane(lane, probability.lane(lane) * context.share(&by));
         let mut through = Through::Mirrors(by);
         if let Some((reflector, alpha)) = rough(context.scene, &by) {
             let [u0, u1, ..] = samplers[lane].draw(Dimension::Microfacet(k));
@@ -191,7 +197,8 @@ pub(super) fn probability(context: Context, from: Vec3x8, ways: &Ways) -> f32x8 
         let lanes = (0..LANES).fold(0, |bits, lane| {
             bits | u32::from(mirrors[lane].is_some()) << lane
         });
-        let mut by_mirrors = by_mirrors * f32x8::splat(context.tried());
+        let share = |lane: usize| mirrors[lane].map_or(0.0, |by| context.share(&by));
+        let mut by_mirrors = by_mirrors * f32x8::from_lanes(share);
         for (lane, way) in ways.iter().enumerate() {
             if let Some((_, through @ Through::Microfacet(..))) = way {
                 let density = by_mirrors.lane(lane) * of_microfacet(context.scene, through);

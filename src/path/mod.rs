@@ -33,6 +33,7 @@ use crate::gradient::Weights;
 use crate::sampler::{self, Dimension, Sampler, SamplerKind};
 use crate::scene::Scene;
 use crate::scene::material::Material;
+use crate::scene::reflectors::Sequence;
 use crate::sums::{PixelSample, TileSums};
 use crate::trace::rays::{AnyBatch, ClosestBatch};
 use crate::trace::{RayKind, Traverse};
@@ -133,7 +134,7 @@ struct Context<'a> {
     walks: bool,
     /// And how often.
     shares: Shares,
-    /// Whether paths are aimed at lights from surfaces of class specular.
+    /// Whether light is sampled at surfaces of class specular: paths with offset paths are aimed at lights.
     aims: bool,
 }
 
@@ -180,18 +181,38 @@ impl<'a> Context<'a> {
         self.settings.manifold == Manifold::Always
     }
 
-    /// The share of vertices at which walks by mirrors are tried.
-    fn tried(&self) -> f32 {
+    /// The share of vertices at which walks by these mirrors are made once they are chosen.
+    fn share(&self, by: &Sequence) -> f32 {
+        let share = if self.scene.reflectors.are_flat(by) {
+            self.shares.flat_mirrors
+        } else {
+            self.shares.curved_mirrors
+        };
+        self.worth(share)
+    }
+
+    /// Of walks by mirrors of which `share` may be made.
+    fn worth(&self, share: f32) -> f32 {
         if self.always() {
             1.0
         } else {
-            self.shares.mirrors * self.scene.reflectors.worth()
+            share * self.scene.reflectors.worth()
         }
     }
 
-    /// Whether a path tries one at x_k.
+    /// Whether a path may make one at x_k, by whichever mirrors.
     fn tries(&self, sampler: &Sampler, k: u32) -> bool {
-        sampler.coin(k) < self.tried()
+        let Shares {
+            flat_mirrors,
+            curved_mirrors,
+            ..
+        } = self.shares;
+        sampler.coin(k) < self.worth(flat_mirrors.max(curved_mirrors))
+    }
+
+    /// Whether it does make it by these.
+    fn goes_by(&self, sampler: &Sampler, k: u32, by: &Sequence) -> bool {
+        sampler.coin(k) < self.share(by)
     }
 }
 

@@ -32,7 +32,7 @@ pub fn replay<const N: usize>(
     (x, y): (u32, u32),
     sample: u64,
 ) -> Replay {
-    let shares = Shares::learn::<N>(scene, tracer, settings);
+    let shares = Shares::learn(scene, tracer, settings);
     let context = Context::new(scene, tracer, settings, shares);
     let tile = Tile {
         x,

@@ -10,6 +10,7 @@
 use super::{Context, Manifold, PathSettings, PathTracer, Step, Tile};
 use crate::manifold::Through;
 use crate::scene::Scene;
+use crate::scene::reflectors::Reflectors;
 use crate::sums::TileSums;
 use crate::trace::{RayKind, Traverse};
 use glam::Vec3;
@@ -20,13 +21,39 @@ use rayon::prelude::*;
 pub struct Shares {
     /// Straight on through glass, from vertices in whose light samples' way there is some.
     pub passages: f32,
-    /// By mirrors, from vertices to which they may show light.
-    pub mirrors: f32,
+    /// By flat mirrors, from vertices to which they may show light.
+    pub flat_mirrors: f32,
+    /// By curved ones, or flat and curved ones.
+    pub curved_mirrors: f32,
 }
 
-/// As many kinds of walks as there are, balls of glass apart: by which of their ways walks go depends on how bright these
-/// are already, and what they bring is too rare to be learned from few paths.
-const KINDS: usize = 2;
+/// A kind of walks that has a share of its own. Those through balls of glass have none: by which of their ways walks go
+/// depends on how bright these are already, and what they bring is too rare to be learned from few paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Passage,
+    FlatMirrors,
+    CurvedMirrors,
+}
+
+impl Kind {
+    fn of(through: &Through, reflectors: &Reflectors) -> Option<Self> {
+        match through {
+            Through::Passage => Some(Self::Passage),
+            Through::Mirrors(_) | Through::Microfacet(..) => {
+                Some(if reflectors.are_flat(&through.mirrors()) {
+                    Self::FlatMirrors
+                } else {
+                    Self::CurvedMirrors
+                })
+            }
+            Through::Ball(..) => None,
+        }
+    }
+}
+
+/// As many kinds as there are.
+const KINDS: usize = 3;
 /// Shares to choose from.
 const CHOICE: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 /// Columns and rows of the tiles in which paths are traced, and samples there.
@@ -41,15 +68,12 @@ const OTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 /// Rays of other kinds to which a walk's ray amounts, and one more for each walk: so much time they take, about.
 const COST: f64 = 1.8;
 
-/// What walks bring adds so much less to the noise of a picture from differences, as shifts by walks keep these small;
-/// measured on scenes/mirrors.obj with shares from 1/16 to 1.
-const OF_GRADIENTS: f64 = 1.0 / 3.0;
-
 impl Default for Shares {
     /// Where nothing has been learned.
     fn default() -> Self {
         Self {
-            mirrors: 0.1875,
+            flat_mirrors: 0.1875,
+            curved_mirrors: 0.1875,
             ..Self::ALL
         }
     }
@@ -59,16 +83,13 @@ impl Shares {
     /// All of them.
     pub const ALL: Self = Self {
         passages: 1.0,
-        mirrors: 1.0,
+        flat_mirrors: 1.0,
+        curved_mirrors: 1.0,
     };
 
-    /// Those with which paths in this scene have the least variance times cost; of pictures with `N` = 4 offset paths,
-    /// or none with `N` = 0.
-    pub fn learn<const N: usize>(
-        scene: &Scene,
-        tracer: &dyn Traverse,
-        settings: &PathSettings,
-    ) -> Self {
+    /// Those with which paths in this scene have the least variance times cost. Pictures from differences are best with the
+    /// same, or nearly: what walks leave out weighs on the reconstruction as rare bright samples.
+    pub fn learn(scene: &Scene, tracer: &dyn Traverse, settings: &PathSettings) -> Self {
         if settings.manifold != Manifold::Auto || !settings.walks(scene) {
             return Self::default();
         }
@@ -79,17 +100,23 @@ impl Shares {
         };
         let observe = |&tile: &Tile| Observed::of(scene, tracer, &settings, tile);
         let observed: Vec<Observed> = tiles.par_iter().map(observe).collect();
-        let counts = if N == 0 { 1.0 } else { OF_GRADIENTS };
-        Self::of_least_cost(&observed, counts)
+        Self::of_least_cost(&observed)
     }
 
     /// In words.
     pub fn describe(&self) -> String {
-        let Self { passages, mirrors } = self;
-        format!("{passages} of those straight on through glass, {mirrors} of those by mirrors")
+        let Self {
+            passages,
+            flat_mirrors,
+            curved_mirrors,
+        } = self;
+        format!(
+            "{passages} of those straight on through glass, {flat_mirrors} of those by flat mirrors, \
+             {curved_mirrors} of those by curved ones"
+        )
     }
 
-    fn of_least_cost(observed: &[Observed], counts: f64) -> Self {
+    fn of_least_cost(observed: &[Observed]) -> Self {
         // Errors are relative, as in relMSE: dark tiles count as much as bright ones.
         let mean = observed.iter().map(|o| o.mean).sum::<f64>() / observed.len() as f64;
         let floor = (0.05 * mean).powi(2).max(f64::MIN_POSITIVE);
@@ -111,17 +138,28 @@ impl Shares {
         let rest = (variance - moments.iter().map(|m| m[0]).sum::<f64>()).max(0.0);
         let mut best = (f64::INFINITY, [0; KINDS]);
         let all = 0..CHOICE.len();
-        for at in all.clone().flat_map(|p| all.clone().map(move |m| [p, m])) {
+        let some = all.clone().flat_map(|p| all.clone().map(move |f| [p, f]));
+        for at in some.flat_map(|[p, f]| all.clone().map(move |c| [p, f, c])) {
             let of = |kind: usize| moments[kind][at[kind]];
-            let noise = rest + counts * (0..KINDS).map(of).sum::<f64>();
+            let noise = rest + (0..KINDS).map(of).sum::<f64>();
             let of = |kind: usize| f64::from(CHOICE[at[kind]]) * walks[kind] + again[kind];
             let cost = rays + (0..KINDS).map(of).sum::<f64>();
             if noise * cost < best.0 {
                 best = (noise * cost, at);
             }
         }
-        let [passages, mirrors] = best.1.map(|at| CHOICE[at]);
-        Self { passages, mirrors }
+        let [passages, mut flat_mirrors, mut curved_mirrors] = best.1.map(|at| CHOICE[at]);
+        // Of a kind that has not been seen nothing is known; it is tried where the other is.
+        if walks[Kind::FlatMirrors as usize] == 0.0 {
+            flat_mirrors = curved_mirrors;
+        } else if walks[Kind::CurvedMirrors as usize] == 0.0 {
+            curved_mirrors = flat_mirrors;
+        }
+        Self {
+            passages,
+            flat_mirrors,
+            curved_mirrors,
+        }
     }
 }
 
@@ -159,7 +197,7 @@ pub(super) struct Ledger {
 /// Light of a kind that walks may find.
 #[derive(Debug)]
 struct Entry {
-    kind: usize,
+    kind: Kind,
     /// The number of the path.
     path: u32,
     light: Vec3,
@@ -167,32 +205,31 @@ struct Entry {
     by_bsdf: f32,
 }
 
-fn kind(through: &Through) -> Option<usize> {
-    match through {
-        Through::Passage => Some(0),
-        Through::Mirrors(_) | Through::Microfacet(..) => Some(1),
-        Through::Ball(..) => None,
-    }
-}
-
 impl Ledger {
     /// A walk to light has taken so many rays.
-    pub(super) fn walk(&mut self, through: &Through, rays: u32) {
-        if let Some(kind) = kind(through) {
-            self.walks[kind] += 1 + u64::from(rays);
+    pub(super) fn walk(&mut self, reflectors: &Reflectors, through: &Through, rays: u32) {
+        if let Some(kind) = Kind::of(through, reflectors) {
+            self.walks[kind as usize] += 1 + u64::from(rays);
         }
     }
 
     /// A walk to what BSDF sampling has found has.
-    pub(super) fn walk_again(&mut self, through: &Through, rays: u32) {
-        if let Some(kind) = kind(through) {
-            self.again[kind] += 1 + u64::from(rays);
+    pub(super) fn walk_again(&mut self, reflectors: &Reflectors, through: &Through, rays: u32) {
+        if let Some(kind) = Kind::of(through, reflectors) {
+            self.again[kind as usize] += 1 + u64::from(rays);
         }
     }
 
     /// A path has gathered light; `by_bsdf` as in [`Entry`].
-    pub(super) fn bring(&mut self, through: &Through, path: u32, light: Vec3, by_bsdf: f32) {
-        if let Some(kind) = kind(through) {
+    pub(super) fn bring(
+        &mut self,
+        reflectors: &Reflectors,
+        through: &Through,
+        path: u32,
+        light: Vec3,
+        by_bsdf: f32,
+    ) {
+        if let Some(kind) = Kind::of(through, reflectors) {
             self.entries.push(Entry {
                 kind,
                 path,
@@ -245,7 +282,7 @@ impl Observed {
             let of_sample = of_sample.unwrap_or_default();
             for entry in &of_sample.entries {
                 let light = grey(weights[entry.path as usize] * entry.light);
-                for (moment, &share) in moments[entry.kind].iter_mut().zip(&CHOICE) {
+                for (moment, &share) in moments[entry.kind as usize].iter_mut().zip(&CHOICE) {
                     let more = if entry.by_bsdf.is_finite() {
                         (entry.by_bsdf + 1.0) / (entry.by_bsdf + share)
                     } else {

@@ -50,10 +50,6 @@ impl Material {
             },
         };
         let (bsdf, colour_map) = reading.scattering();
-        let class = match emission {
-            Some(_) => Class::Rough,
-            None => Class::of(&bsdf, roughness_threshold),
-        };
         let survival = survival(&bsdf, colour_map.as_ref());
         let textures = Textures {
             colour: colour_map,
@@ -66,15 +62,17 @@ impl Material {
             relief: maps.relief,
             roughness_threshold,
         };
-        Self {
+        let mut material = Self {
             name: m.name,
             bsdf,
             parameters: bsdf.parameters(),
             textures: textures.any().then(|| Box::new(textures)),
-            class,
+            class: Class::Rough,
             emission,
             survival,
-        }
+        };
+        material.class = material.class_by(roughness_threshold);
+        material
     }
 }
 

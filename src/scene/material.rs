@@ -13,7 +13,8 @@ use serde::Serialize;
 pub enum Class {
     /// Offset paths may be reconnected here, and light is sampled here.
     Rough,
-    /// Offset paths copy the half vector. Where directions are not single ones, paths are aimed at lights.
+    /// Offset paths copy the half vector. Where directions are not single ones, paths are aimed at lights, those without
+    /// offset paths by ordinary light samples.
     Specular,
 }
 
@@ -51,10 +52,16 @@ pub struct Material {
 /// Below this the GGX roughness cannot be told from a perfectly smooth surface in 32-bit floats.
 pub(super) const SMOOTHEST_ALPHA: f32 = 1e-4;
 
-/// Vertices at most this rough copy half vectors, and paths by them are aimed at lights, or walked to these. Chosen by the
-/// last table of scenes/failures/README.md: that leaves a tenth of the error and less, in two to four times the time;
-/// at 0.0225, on scenes/mirrors.obj, whose lamp is wide, 0.84 in 1.34 times the time.
-pub const ROUGHNESS_THRESHOLD: f32 = 0.02;
+/// Vertices at most this rough copy half vectors, and paths by them are aimed at lights, or walked to these. Chosen by
+/// relMSE times time of 64 samples, weighted, over that with a threshold below: of balls of metal with alpha 0.0225 it is
+/// 0.4 on a floor and 0.95 in scenes/mirrors.obj, with 0.04 0.5 and 1.2, with 0.09 1.3 on a floor; of path tracing 0.07 and
+/// 0.6, 0.08 and 0.6, and 0.2. See the last table of scenes/failures/README.md, too.
+pub const ROUGHNESS_THRESHOLD: f32 = 0.045;
+
+/// On planes the threshold is so many times higher. There the same product is, with alpha 0.04, 0.15 for a floor of metal
+/// (path tracing 0.03), 0.3 (0.25) for blocks in scenes/cornell.obj and 0.7 (0.5) for the mirror of scenes/mirrors.obj; for
+/// a slab of glass 0.4 (1.1).
+pub const FLAT: f32 = 2.0;
 
 impl Material {
     /// The same on an open sheet, where it is both boundaries of a pane in one; `None` for what is opaque or
@@ -67,6 +74,20 @@ impl Material {
             class: Class::of(&bsdf, roughness_threshold),
             ..self.clone()
         })
+    }
+
+    /// Its class by this roughness threshold.
+    pub fn class_by(&self, roughness_threshold: f32) -> Class {
+        match self.emission {
+            Some(_) => Class::Rough,
+            None => Class::of(&self.bsdf, roughness_threshold),
+        }
+    }
+
+    /// Whether it is as rough everywhere and has no relief.
+    pub fn is_even(&self) -> bool {
+        let textures = self.textures.as_ref();
+        textures.is_none_or(|t| t.roughness.is_none() && t.relief.is_none())
     }
 
     /// Whether it may be of class specular and spread light even so.

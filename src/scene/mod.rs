@@ -5,6 +5,7 @@ pub mod camera;
 mod content;
 mod cumulative;
 pub mod environment;
+mod flat;
 pub mod framing;
 mod from_mtl;
 mod lamps;
@@ -91,7 +92,7 @@ pub struct SceneSettings {
     pub environment: EnvironmentSetting,
     /// Lights without extent.
     pub lights: Vec<PunctualLight>,
-    /// Vertices at most this rough are of class specular.
+    /// Vertices at most this rough are of class specular; on planes they may be rougher, see [`material::FLAT`].
     pub roughness_threshold: f32,
 }
 
@@ -135,6 +136,10 @@ impl Scene {
         }
         let objects = std::mem::take(&mut obj.objects);
         let mesh = Mesh::new(obj, opacity);
+        // By mirrors and through panes rough metal gets what such lights throw by walks, which set out from there alone.
+        if settings.lights.is_empty() {
+            flat::let_planes_be_specular(&mesh, &mut materials, settings.roughness_threshold);
+        }
         let has_pictures = |m: &Material| m.textures.iter().any(|t| t.named().next().is_some());
         if materials.iter().any(has_pictures) {
             let counts = mesh.without_texcoords(materials.len());

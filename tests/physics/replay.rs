@@ -31,7 +31,7 @@ fn a_replayed_sample_has_the_bits_of_the_render() {
                 width: SIZE,
                 height: SIZE,
             };
-            let walks = Shares::learn::<4>(&scene, &*tracer, &settings);
+            let walks = Shares::learn(&scene, &*tracer, &settings);
             for sample in [0, 5] {
                 let mut sums = TileSums::default();
                 sums.reset((SIZE * SIZE) as usize);

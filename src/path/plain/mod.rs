@@ -2,7 +2,6 @@
 //! scatter, and by the kinds of the surfaces at which they arrive; in diffuse scenes, where there is but one, those
 //! that end on a light leave gaps until the next time.
 
-mod aim;
 mod walks;
 
 use super::arrival::{Arrival, Left};
@@ -20,7 +19,6 @@ use crate::scene::light_sample::LightSamplesX8;
 use crate::trace::RayKind;
 use crate::trace::rays::{AnyBatch, ClosestBatch, HitsX8};
 use crate::vertex::VerticesX8;
-use aim::Aim;
 use glam::Vec3;
 use walks::Request;
 use wide::f32x8;
@@ -48,7 +46,6 @@ pub(super) struct PlainPaths {
     /// probability.
     by_balls: Vec<(u32, usize, Way, f32)>,
     requests: Vec<Request>,
-    aims: Vec<Aim>,
     /// The blocks and lanes of vertices that try walks by mirrors.
     tries: Vec<(u32, u32)>,
     /// Light that has been found by chains.
@@ -117,6 +114,14 @@ impl PlainBlock {
         alive: 0,
         chain: [chain::NONE; LANES],
     };
+}
+
+impl PlainBlock {
+    /// The lanes at surfaces of class specular in which light is sampled as at rough ones: those that spread light a
+    /// little, where no walk may find it.
+    fn spread(&self, chains: &Chains) -> u32 {
+        chains.beyond(&self.chain, self.alive & self.vertices.spreading())
+    }
 }
 
 impl PlainFlight {
@@ -212,9 +217,6 @@ impl PlainPaths {
         if !DIFFUSE && context.walks {
             self.walk_step(context, k);
         }
-        if !DIFFUSE && context.aims {
-            self.aim(context, k);
-        }
         self.scatter::<DIFFUSE>(context, k);
         trace_closest(context, &mut self.bounce, RayKind::Bounce, &mut self.counts);
         if DIFFUSE {
@@ -244,17 +246,17 @@ impl PlainPaths {
         for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
             let x = &block.vertices;
             let rough = x.rough & block.alive;
-            // At surfaces of class specular other paths are aimed at lights with extent.
-            let to_points = context.aiming_at_points::<DIFFUSE>(|| block.aims(&self.chains));
-            if rough | to_points == 0 {
+            let mut lit = rough;
+            if !DIFFUSE && context.aims {
+                lit |= block.spread(&self.chains);
+            }
+            if lit == 0 {
                 if through_glass {
                     self.unseen.push((LightSamplesX8::NONE, 0));
                 }
                 continue;
             }
-            let lanes = rough | to_points;
-            let light = scene.sample_lights::<DIFFUSE>(x.position, lanes, [u0, u1, u2]);
-            let lit = rough | to_points & light.punctual;
+            let light = scene.sample_lights::<DIFFUSE>(x.position, lit, [u0, u1, u2]);
             let to_light = ConnectedX8::new::<DIFFUSE>(scene, x, &light, k);
             let value = to_light.value(block.throughput) / (f32x8::ONE + to_light.by_bsdf());
             let rays = shadow_rays::<DIFFUSE>(x, &light);
@@ -311,7 +313,7 @@ impl PlainPaths {
             let rough = x.rough & !scattering.delta;
             let mut lit = rough;
             if !DIFFUSE && context.aims {
-                lit |= block.aims(&self.chains);
+                lit |= block.spread(&self.chains);
             }
             for lane in lanes_of(scattering.valid & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;

@@ -110,14 +110,24 @@ impl PlainPaths {
             if let Some(ledger) = &mut self.ledger {
                 for lane in lanes_of(lanes) {
                     if let Some((_, through)) = &request.ways[lane] {
-                        ledger.walk(through, self.walks.rays(walks[lane]));
+                        ledger.walk(
+                            &context.scene.reflectors,
+                            through,
+                            self.walks.rays(walks[lane]),
+                        );
                     }
                 }
                 let by_bsdf = by_bsdf / links.by_walk;
                 for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
                     if let Some((_, through)) = &request.ways[lane] {
                         let path = request.index[lane];
-                        ledger.bring(through, path, value.lane(lane), by_bsdf.lane(lane));
+                        ledger.bring(
+                            &context.scene.reflectors,
+                            through,
+                            path,
+                            value.lane(lane),
+                            by_bsdf.lane(lane),
+                        );
                     }
                 }
             }
@@ -184,8 +194,18 @@ impl PlainPaths {
             self.gathered[found.index as usize] += light;
             if let Some(ledger) = &mut self.ledger {
                 let through = &found.way.1;
-                ledger.walk_again(through, self.walks.rays(found.walk));
-                ledger.bring(through, found.index, light, 1.0 / by_walk);
+                ledger.walk_again(
+                    &context.scene.reflectors,
+                    through,
+                    self.walks.rays(found.walk),
+                );
+                ledger.bring(
+                    &context.scene.reflectors,
+                    through,
+                    found.index,
+                    light,
+                    1.0 / by_walk,
+                );
             }
         }
         self.counts.add_rays(self.walks.take_traced());

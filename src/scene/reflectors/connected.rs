@@ -2,6 +2,7 @@
 
 use crate::scene::mesh::Mesh;
 use crate::scene::place::{Place, place};
+use glam::Vec3;
 use std::collections::HashMap;
 
 /// The edges of triangles, in order, so that those in one place stand together.
@@ -29,6 +30,69 @@ impl Edges {
     pub(super) fn shared(&self) -> impl Iterator<Item = &[([u32; 2], u32)]> {
         self.0.chunk_by(|a, b| a.0 == b.0)
     }
+}
+
+/// Triangles of one material that are connected: in a plane, or curved by the normals of their corners.
+pub(super) struct Surface {
+    pub(super) triangles: Vec<u32>,
+    pub(super) is_plane: bool,
+}
+
+/// The surfaces that `members` make, planes each for itself; `edges` are those of `members`.
+pub(super) fn surfaces(mesh: &Mesh, members: &[u32], edges: &Edges) -> Vec<Surface> {
+    let flat: Vec<bool> = members.iter().map(|&t| is_flat(mesh, t)).collect();
+    let mut groups = Groups::new(members.len());
+    for sharing in edges.shared() {
+        for pair in sharing.windows(2) {
+            let [a, b] = [pair[0].1 as usize, pair[1].1 as usize];
+            let [ta, tb] = [members[a], members[b]];
+            let same = mesh.material_of[ta as usize] == mesh.material_of[tb as usize];
+            let level = || normal(mesh, ta).dot(normal(mesh, tb)).abs() > LEVEL;
+            if same && flat[a] == flat[b] && (!flat[a] || level()) {
+                groups.join(a, b);
+            }
+        }
+    }
+    let mut surfaces: Vec<Surface> = Vec::new();
+    let mut number = HashMap::new();
+    for (index, &t) in members.iter().enumerate() {
+        let next = surfaces.len();
+        let at = *number.entry(groups.find(index)).or_insert(next);
+        if at == next {
+            surfaces.push(Surface {
+                triangles: Vec::new(),
+                is_plane: flat[index],
+            });
+        }
+        surfaces[at].triangles.push(t);
+    }
+    surfaces
+}
+
+/// The areas of the planes among triangles.
+pub fn planes(mesh: &Mesh, members: &[u32]) -> Vec<f32> {
+    // What is curved may be large.
+    let flat = members.iter().copied().filter(|&t| is_flat(mesh, t));
+    let flat: Vec<u32> = flat.collect();
+    let surfaces = surfaces(mesh, &flat, &Edges::new(mesh, &flat));
+    let area = |surface: &Surface| surface.triangles.iter().map(|&t| mesh.area(t)).sum();
+    surfaces.iter().map(area).collect()
+}
+
+/// Flat triangles with this cosine between their planes are in one.
+pub(super) const LEVEL: f32 = 1.0 - 1e-6;
+
+/// Whether a triangle is shaded as flat, or nearly so.
+fn is_flat(mesh: &Mesh, triangle: u32) -> bool {
+    let ng = normal(mesh, triangle);
+    let level = |n: &Vec3| n.dot(ng) > LEVEL;
+    mesh.corner_normals(triangle)
+        .is_none_or(|corners| corners.iter().all(level))
+}
+
+/// The geometric normal.
+pub(super) fn normal(mesh: &Mesh, triangle: u32) -> Vec3 {
+    mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng
 }
 
 /// Groups of things that belong together.

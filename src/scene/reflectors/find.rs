@@ -1,6 +1,6 @@
 //! Reflectors are found among the triangles of a scene, once.
 
-use super::connected::{Edges, Groups};
+use super::connected::{Edges, Surface, normal, surfaces};
 use super::course::COURSES;
 use super::sides::{Side, outsides};
 use super::{
@@ -13,15 +13,12 @@ use crate::scene::light_grid::{Emitter, LightGrid};
 use crate::scene::material::{Class, Material};
 use crate::scene::mesh::Mesh;
 use glam::Vec3;
-use std::collections::HashMap;
 use wide::f32x8;
 
 /// Points of a curved reflector where a search may begin.
 const GUESSES: usize = 48;
 /// Boxes that rays are tested against one by one; of more, one around all.
 const BOXES: usize = 16;
-/// Flat triangles with this cosine between their planes are in one.
-pub(super) const LEVEL: f32 = 1.0 - 1e-6;
 
 impl Reflectors {
     /// The reflectors among the triangles of `mesh`.
@@ -45,39 +42,16 @@ impl Reflectors {
             };
         }
 
-        // Connected ones, planes each for itself.
-        let flat: Vec<bool> = members.iter().map(|&t| is_flat(mesh, t)).collect();
-        let mut groups = Groups::new(members.len());
         let edges = Edges::new(mesh, &members);
-        for sharing in edges.shared() {
-            for pair in sharing.windows(2) {
-                let [a, b] = [pair[0].1 as usize, pair[1].1 as usize];
-                let [ta, tb] = [members[a], members[b]];
-                let same = mesh.material_of[ta as usize] == mesh.material_of[tb as usize];
-                let level = || normal(mesh, ta).dot(normal(mesh, tb)).abs() > LEVEL;
-                if same && flat[a] == flat[b] && (!flat[a] || level()) {
-                    groups.join(a, b);
-                }
-            }
-        }
+        let surfaces = surfaces(mesh, &members, &edges);
         let mut of_triangle = vec![NONE; mesh.triangles.len()];
-        let mut parts: Vec<Vec<u32>> = Vec::new();
-        let mut number = HashMap::new();
-        let mut is_plane = Vec::new();
-        for (index, &t) in members.iter().enumerate() {
-            let next = parts.len() as u32;
-            let part = *number.entry(groups.find(index)).or_insert(next);
-            if part == next {
-                parts.push(Vec::new());
-                is_plane.push(flat[index]);
-            }
-            parts[part as usize].push(t);
-            of_triangle[t as usize] = part;
-        }
-        let mut list: Vec<Reflector> = Vec::with_capacity(parts.len());
-        for (part, is_plane) in parts.iter().zip(is_plane) {
+        let mut list: Vec<Reflector> = Vec::with_capacity(surfaces.len());
+        for surface in &surfaces {
             let number = list.len() as u32;
-            list.push(Reflector::new(mesh, materials, (part, number), is_plane));
+            for &t in &surface.triangles {
+                of_triangle[t as usize] = number;
+            }
+            list.push(Reflector::new(mesh, materials, surface, number));
         }
         let sides = outsides(mesh, &members, &edges, &of_triangle, &list);
         for side in &sides {
@@ -103,60 +77,17 @@ impl Reflectors {
                         let centre = Vec3x8::splat(sphere.centre);
                         points.all(|&(p, normal)| positive(normal.dot(p - centre)).all())
                     };
-                    let part = &parts[side.reflector as usize];
-                    curved.sphere = Sphere::of(mesh, part).filter(bulges);
+                    let surface = &surfaces[side.reflector as usize];
+                    curved.sphere = Sphere::of(mesh, &surface.triangles).filter(bulges);
                 }
             }
         }
 
-        // Slabs of glass, and courses inside of them, the largest first.
-        let (mut slabs, mut courses) = (Vec::new(), Vec::new());
-        for sides in sides.chunk_by(|a, b| a.body == b.body) {
-            let index = |side: &Side| {
-                let material = list[side.reflector as usize].material;
-                match materials[material as usize].bsdf {
-                    // Of a hole in glass the index is that inside of the hole.
-                    Bsdf::Glass { ior, .. } if side.outside > 0.0 => Some(ior),
-                    _ => None,
-                }
-            };
-            let Some(ior) = index(&sides[0]) else {
-                continue;
-            };
-            if sides.iter().any(|side| index(side) != Some(ior)) {
-                continue;
-            }
-            let sides: Vec<u32> = sides.iter().map(|side| side.reflector).collect();
-            let surface = sides.iter().map(|&side| list[side as usize].area).sum();
-            let own = Slab::of_body(&list, &sides, ior);
-            let large = own.iter().filter(|slab| slab.is_large(surface));
-            for (place, slab) in large.enumerate() {
-                let upright = sides.iter().filter_map(|&side| match &list[side as usize] {
-                    Reflector {
-                        is_across: true,
-                        form: Form::Plane(plane),
-                        ..
-                    } if plane.is_upright_on(&slab.faces[0]) => Some((side, plane.clone())),
-                    _ => None,
-                });
-                let upright: Vec<_> = upright.collect();
-                let (several, single) = Course::all(slab, &upright);
-                for (number, course) in single {
-                    list[number as usize].courses.push(course);
-                }
-                if place == 0 {
-                    courses.push(several);
-                }
-            }
-            slabs.extend(own);
-        }
-        let slabs = Slab::largest(slabs);
-        courses.sort_by(|a, b| b[0].area().total_cmp(&a[0].area()));
-        let mut courses = courses.concat();
-        courses.truncate(COURSES);
+        let (slabs, mut courses) = slabs(&mut list, &sides, materials);
 
         // What is curved and no sphere is cut up, unless there are many.
-        patch::cut_up(mesh, &mut list, parts, &mut of_triangle);
+        let parts = surfaces.into_iter().map(|surface| surface.triangles);
+        patch::cut_up(mesh, &mut list, parts.collect(), &mut of_triangle);
 
         // Balls, whose glass is inside.
         let mut balls = Vec::new();
@@ -240,6 +171,59 @@ impl Reflectors {
     }
 }
 
+/// The slabs of glass among reflectors with these sides, and the courses inside of them with more than one reflection, the
+/// largest first. Those with one are given to their reflectors.
+fn slabs(
+    list: &mut [Reflector],
+    sides: &[Side],
+    materials: &[Material],
+) -> (Vec<Slab>, Vec<Course>) {
+    let (mut slabs, mut courses) = (Vec::new(), Vec::new());
+    for sides in sides.chunk_by(|a, b| a.body == b.body) {
+        let index = |side: &Side| {
+            let material = list[side.reflector as usize].material;
+            match materials[material as usize].bsdf {
+                // Of a hole in glass the index is that inside of the hole.
+                Bsdf::Glass { ior, .. } if side.outside > 0.0 => Some(ior),
+                _ => None,
+            }
+        };
+        let Some(ior) = index(&sides[0]) else {
+            continue;
+        };
+        if sides.iter().any(|side| index(side) != Some(ior)) {
+            continue;
+        }
+        let sides: Vec<u32> = sides.iter().map(|side| side.reflector).collect();
+        let surface = sides.iter().map(|&side| list[side as usize].area).sum();
+        let own = Slab::of_body(list, &sides, ior);
+        let large = own.iter().filter(|slab| slab.is_large(surface));
+        for (place, slab) in large.enumerate() {
+            let upright = sides.iter().filter_map(|&side| match &list[side as usize] {
+                Reflector {
+                    is_across: true,
+                    form: Form::Plane(plane),
+                    ..
+                } if plane.is_upright_on(&slab.faces[0]) => Some((side, plane.clone())),
+                _ => None,
+            });
+            let upright: Vec<_> = upright.collect();
+            let (several, single) = Course::all(slab, &upright);
+            for (number, course) in single {
+                list[number as usize].courses.push(course);
+            }
+            if place == 0 {
+                courses.push(several);
+            }
+        }
+        slabs.extend(own);
+    }
+    courses.sort_by(|a, b| b[0].area().total_cmp(&a[0].area()));
+    let mut courses = courses.concat();
+    courses.truncate(COURSES);
+    (Slab::largest(slabs), courses)
+}
+
 impl Curved {
     /// It is seen on one side alone: 1 for that of its normals, -1 for the other.
     pub(super) fn look(&mut self, outside: f32) {
@@ -270,13 +254,12 @@ impl Reflector {
         a.reflectance * b.reflectance * a.area * b.area / (apart + a.area + b.area)
     }
 
-    /// Of these triangles, in the surface with this number.
-    fn new(
-        mesh: &Mesh,
-        materials: &[Material],
-        (triangles, surface): (&[u32], u32),
-        is_plane: bool,
-    ) -> Self {
+    /// That of a surface, which has this number.
+    fn new(mesh: &Mesh, materials: &[Material], surface: &Surface, number: u32) -> Self {
+        let Surface {
+            ref triangles,
+            is_plane,
+        } = *surface;
         let material = mesh.material_of[triangles[0] as usize];
         let corners = || triangles.iter().flat_map(|&t| mesh.corners(t));
         let form = if is_plane {
@@ -306,7 +289,7 @@ impl Reflector {
         };
         Self {
             material,
-            surface,
+            surface: number,
             focuses: matches!(bsdf, Bsdf::Glass { .. }) && !is_plane,
             is_across: false,
             courses: Vec::new(),
@@ -335,28 +318,15 @@ fn is_single(material: &Material) -> bool {
 
 /// Whether it is metal that spreads light so little that directions are nearly single ones: everywhere as little.
 fn is_nearly_single(material: &Material) -> bool {
-    let textures = material.textures.as_ref();
     matches!(material.bsdf, Bsdf::Conductor { .. })
         && material.class == Class::Specular
         && material.emission.is_none()
-        && textures.is_none_or(|t| t.roughness.is_none() && t.relief.is_none())
+        && material.is_even()
 }
 
 fn has_relief(material: &Material) -> bool {
     let textures = material.textures.as_ref();
     textures.is_some_and(|t| t.relief.is_some())
-}
-
-/// Whether a triangle is shaded as flat, or nearly so.
-fn is_flat(mesh: &Mesh, triangle: u32) -> bool {
-    let ng = normal(mesh, triangle);
-    let level = |n: &Vec3| n.dot(ng) > LEVEL;
-    mesh.corner_normals(triangle)
-        .is_none_or(|corners| corners.iter().all(level))
-}
-
-fn normal(mesh: &Mesh, triangle: u32) -> Vec3 {
-    mesh.point(triangle, 1.0 / 3.0, 1.0 / 3.0).ng
 }
 
 /// Points in the middle of triangles, evenly by area, and the normals there.

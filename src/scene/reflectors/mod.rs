@@ -19,6 +19,7 @@ mod target;
 
 pub use ball::{Ball, Branch, Inside, Part};
 pub use choice::Choice;
+pub use connected::planes;
 pub use course::Course;
 pub use patch::Patch;
 pub use plane::Plane;
@@ -228,6 +229,13 @@ impl Reflectors {
     #[inline]
     pub fn alpha(&self, reflector: u32) -> f32 {
         self.list[reflector as usize].alpha
+    }
+
+    /// Whether all of a sequence are planes.
+    #[inline]
+    pub fn are_flat(&self, by: &Sequence) -> bool {
+        let is_flat = |&r: &u32| matches!(self.list[r as usize].form, Form::Plane(_));
+        by.numbers().iter().all(is_flat)
     }
 
     /// Whether a reflector focuses what passes, as curved glass does: a thin pane does not, however curved.

@@ -1,7 +1,6 @@
 //! Reflectors that are sides of closed bodies: they are seen from outside alone.
 
-use super::connected::{Edges, Groups};
-use super::find::LEVEL;
+use super::connected::{Edges, Groups, LEVEL};
 use super::{Form, MANY, Reflector};
 use crate::scene::mesh::Mesh;
 use std::collections::BTreeMap;

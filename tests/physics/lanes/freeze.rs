@@ -22,27 +22,27 @@ const LIBRARY: u64 = 0x96d7_6437_ceb7_b5d5;
 const SHIPPED: [[u64; 2]; SCENES.len()] = [
     [0x2197_5b50_f4bc_9cb4, 0x45de_5c54_dedb_b171],
     [0x8bdb_07f1_f67e_ac20, 0x945a_c349_2a85_02c3],
-    [0x1259_5b92_bffa_0237, 0xe090_1a6c_4d3b_dc36],
+    [0xfb5a_ff51_b0c5_090e, 0x2e79_f887_3bf2_dca0],
     [0x7d14_6174_5429_51c2, 0xcf6b_240f_5f79_27a7],
     [0xf83f_41ad_22c4_f59f, 0x1ed8_9e9d_43c1_11bb],
     [0x636f_f754_7503_f8bf, 0x34bd_9fb1_34b0_a9dc],
     [0x1afb_c9e8_8a29_e973, 0xa003_75aa_2c38_ebc9],
-    [0x2c5d_789b_71c4_865a, 0x7f54_038c_2b82_489b],
+    [0x7c66_69d5_daee_36ba, 0x1344_de79_16be_8cfd],
     [0x8985_4bb5_ffb7_d958, 0xda16_c2cb_4700_4712],
     [0x33fb_665f_5996_7de4, 0xd03e_4e92_55b0_0d7b],
 ];
 /// Each of as many random scenes as [`GROUP`].
 const MIXED: [u64; 10] = [
-    0x93fa_a0e9_2197_adb9,
-    0xb1c8_54be_eccf_2bc5,
-    0x13d5_c099_84c9_afa9,
-    0x2d97_48cd_2578_c5ef,
-    0x0c60_258f_9d7d_f331,
-    0xdbb2_b9f5_151a_4b4c,
-    0x2cfe_eee7_6dff_a8db,
-    0xb93c_5895_398c_0566,
-    0xd403_fd56_0984_bd19,
-    0xd454_8b85_3490_1755,
+    0xf702_a6bf_8150_883e,
+    0x6068_0124_e03f_f459,
+    0x4e65_d326_50b3_59e4,
+    0x6d46_b376_9191_0806,
+    0xd20c_f790_2816_5376,
+    0x3031_ad4a_49ba_c50d,
+    0x9704_3b71_65d0_f056,
+    0x738c_2756_1635_d2c6,
+    0xec36_096e_8ec7_92b1,
+    0xd29c_3314_c602_3418,
 ];
 const GROUP: u64 = 30;
 

@@ -70,7 +70,7 @@ sweeps!(
 #[test]
 fn the_class_of_a_surface_does_not_change_the_mean() {
     for model in [sweeps::roughness(0.01), sweeps::slab(1.5, 0.01)] {
-        let [specular, rough] = [(0.02, 0), (0.005, 1000)].map(|(threshold, seed)| {
+        let [specular, rough] = [(0.02, 0), (0.002, 1000)].map(|(threshold, seed)| {
             let mut model = model.clone();
             model.roughness_threshold = threshold;
             examine::picture_means(&model.scene(WIDTH, HEIGHT), seed)
@@ -182,8 +182,8 @@ fn threshold_table() -> String {
     let mut table = "\n## The roughness threshold\n\n\
         relMSE of weighted where the surface is of class rough (light is sampled, offset paths reconnect) and \
         of class specular (half vectors are copied, paths are aimed at lights where no walk may find these; walks lead to light by \
-        metal), which takes two to four times the time. On scenes/mirrors.obj, with alpha 0.0225, the ratio is 0.84, in 1.34 times the \
-        time (measured by hand: --roughness-threshold 0.02 and 0.03, gdpt compare). The threshold is 0.02.\n\n\
+        metal), which takes two to four times the time. The threshold is 0.045, on planes, as here, 0.09; glass counts as twice as \
+        rough.\n\n\
         | surface | alpha | rough | specular | ratio |\n|---|---|---|---|---|\n"
         .to_owned();
     type Surface = (&'static str, fn(f32) -> model::Model);

@@ -31,9 +31,9 @@ pub const SWEEPS: &[Sweep] = &[
     },
     Sweep {
         name: "roughness",
-        about: "alpha of a metal floor; up to 0.02 it copies half vectors",
-        values: &[1e-4, 1e-3, 5e-3, 1.99e-2, 2.01e-2, 5e-2, 0.5],
-        shown: 2.01e-2,
+        about: "alpha of a metal floor; up to 0.09 it copies half vectors",
+        values: &[1e-4, 1e-3, 1e-2, 5e-2, 8.99e-2, 9.01e-2, 0.5],
+        shown: 9.01e-2,
         model: roughness,
     },
     Sweep {
@@ -176,7 +176,7 @@ pub const SWEEPS: &[Sweep] = &[
     Sweep {
         name: "near-mirror",
         about: "alpha of a ball of metal on the floor",
-        values: &[0.0, 1e-3, 1e-2, 1.99e-2, 2.01e-2, 3e-2],
+        values: &[0.0, 1e-3, 1e-2, 2e-2, 4.49e-2, 4.51e-2],
         shown: 1e-2,
         model: |alpha| ball_on_floor(0.5, metal(alpha), None),
     },
