@@ -30,14 +30,15 @@ pub struct Shares {
 /// A kind of walks that has a share of its own. Those through balls of glass have none: by which of their ways walks go
 /// depends on how bright these are already, and what they bring is too rare to be learned from few paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Passage,
     FlatMirrors,
     CurvedMirrors,
 }
 
 impl Kind {
-    fn of(through: &Through, reflectors: &Reflectors) -> Option<Self> {
+    /// That of walks through these reflectors.
+    pub(super) fn of(through: &Through, reflectors: &Reflectors) -> Option<Self> {
         match through {
             Through::Passage => Some(Self::Passage),
             Through::Mirrors(_) | Through::Microfacet(..) => {
@@ -207,29 +208,22 @@ struct Entry {
 
 impl Ledger {
     /// A walk to light has taken so many rays.
-    pub(super) fn walk(&mut self, reflectors: &Reflectors, through: &Through, rays: u32) {
-        if let Some(kind) = Kind::of(through, reflectors) {
+    pub(super) fn walk(&mut self, kind: Option<Kind>, rays: u32) {
+        if let Some(kind) = kind {
             self.walks[kind as usize] += 1 + u64::from(rays);
         }
     }
 
     /// A walk to what BSDF sampling has found has.
-    pub(super) fn walk_again(&mut self, reflectors: &Reflectors, through: &Through, rays: u32) {
-        if let Some(kind) = Kind::of(through, reflectors) {
+    pub(super) fn walk_again(&mut self, kind: Option<Kind>, rays: u32) {
+        if let Some(kind) = kind {
             self.again[kind as usize] += 1 + u64::from(rays);
         }
     }
 
     /// A path has gathered light; `by_bsdf` as in [`Entry`].
-    pub(super) fn bring(
-        &mut self,
-        reflectors: &Reflectors,
-        through: &Through,
-        path: u32,
-        light: Vec3,
-        by_bsdf: f32,
-    ) {
-        if let Some(kind) = Kind::of(through, reflectors) {
+    pub(super) fn bring(&mut self, kind: Option<Kind>, path: u32, light: Vec3, by_bsdf: f32) {
+        if let Some(kind) = kind {
             self.entries.push(Entry {
                 kind,
                 path,

@@ -1,6 +1,7 @@
 //! Walks to light from plain paths.
 
 use super::super::link::{self, LinksX8, start};
+use super::super::shares::Kind;
 use super::{Context, PlainBlock, PlainPaths};
 use crate::lanes::{Float, LANES, Vec3x8, first_lanes, lanes_of};
 use crate::manifold::{Through, Walks};
@@ -108,26 +109,19 @@ impl PlainPaths {
                 self.gathered[request.index[lane] as usize] += value.lane(lane);
             }
             if let Some(ledger) = &mut self.ledger {
+                let reflectors = &context.scene.reflectors;
                 for lane in lanes_of(lanes) {
                     if let Some((_, through)) = &request.ways[lane] {
-                        ledger.walk(
-                            &context.scene.reflectors,
-                            through,
-                            self.walks.rays(walks[lane]),
-                        );
+                        let kind = Kind::of(through, reflectors);
+                        ledger.walk(kind, self.walks.rays(walks[lane]));
                     }
                 }
                 let by_bsdf = by_bsdf / links.by_walk;
                 for lane in lanes_of(links.free & eval.valid.to_bitmask()) {
                     if let Some((_, through)) = &request.ways[lane] {
                         let path = request.index[lane];
-                        ledger.bring(
-                            &context.scene.reflectors,
-                            through,
-                            path,
-                            value.lane(lane),
-                            by_bsdf.lane(lane),
-                        );
+                        let kind = Kind::of(through, reflectors);
+                        ledger.bring(kind, path, value.lane(lane), by_bsdf.lane(lane));
                     }
                 }
             }
@@ -194,18 +188,9 @@ impl PlainPaths {
             self.gathered[found.index as usize] += light;
             if let Some(ledger) = &mut self.ledger {
                 let through = &found.way.1;
-                ledger.walk_again(
-                    &context.scene.reflectors,
-                    through,
-                    self.walks.rays(found.walk),
-                );
-                ledger.bring(
-                    &context.scene.reflectors,
-                    through,
-                    found.index,
-                    light,
-                    1.0 / by_walk,
-                );
+                let kind = Kind::of(through, &context.scene.reflectors);
+                ledger.walk_again(kind, self.walks.rays(found.walk));
+                ledger.bring(kind, found.index, light, 1.0 / by_walk);
             }
         }
         self.counts.add_rays(self.walks.take_traced());
