@@ -25,9 +25,9 @@ use crate::vertex::{ScatteringX8, VerticesX8};
 use wide::f32x8;
 
 /// Scattering events towards points on lights.
-pub(super) struct AimedX8 {
+struct AimedX8 {
     /// With the densities of BSDF sampling.
-    pub(super) scattering: ScatteringX8,
+    scattering: ScatteringX8,
     /// The lights.
     sources: [Option<Source>; LANES],
 }
@@ -35,12 +35,7 @@ pub(super) struct AimedX8 {
 impl AimedX8 {
     /// At the vertices x_k in `lanes`, with `u` in [0, 1)³. It does not hold where BSDF sampling would not find the
     /// light.
-    pub(super) fn new(
-        context: Context,
-        (x, k): (&VerticesX8, u32),
-        lanes: u32,
-        u: [f32x8; 3],
-    ) -> Self {
+    fn new(context: Context, (x, k): (&VerticesX8, u32), lanes: u32, u: [f32x8; 3]) -> Self {
         let scene = context.scene;
         let light = scene.sample_lights::<false>(x.position, lanes, u);
         let seen = SeenX8::new::<false>(scene, x.position, &light);
@@ -64,7 +59,7 @@ impl AimedX8 {
     }
 
     /// Of `lanes` those that have met their lights.
-    pub(super) fn seen(&self, context: Context, hits: &HitsX8, lanes: u32) -> u32 {
+    fn seen(&self, context: Context, hits: &HitsX8, lanes: u32) -> u32 {
         lanes_where(lanes, |lane| {
             let end = light_end(context.scene, hits, lane);
             end.is_some_and(|end| Some(end.source) == self.sources[lane])

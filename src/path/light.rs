@@ -234,7 +234,11 @@ impl<const N: usize> BasePaths<N> {
             let x = &block.vertices;
             let rough = x.rough & block.alive;
             // At surfaces of class specular other paths are aimed at lights with extent.
-            let to_points = context.aiming_at_points::<DIFFUSE>(|| block.aims(&self.chains));
+            let to_points = if !DIFFUSE && context.aims_at_points() {
+                block.aims(&self.chains)
+            } else {
+                0
+            };
             to.base.valid = 0;
             if rough | to_points == 0 {
                 if through_glass {

@@ -69,10 +69,11 @@ pub(super) fn by_mirrors(
         let (Some(end), Some(by)) = (light.lane(lane), by[lane]) else {
             continue;
         };
-        if !context.goes_by(&samplers[lane], k, &by) {
+        let share = context.share(&by);
+        if samplers[lane].coin(k) >= share {
             continue;
         }
-        probability.set_lane(lane, probability.lane(lane) * context.share(&by));
+        probability.set_lane(lane, probability.lane(lane) * share);
         let mut through = Through::Mirrors(by);
         if let Some((reflector, alpha)) = rough(context.scene, &by) {
             let [u0, u1, ..] = samplers[lane].draw(Dimension::Microfacet(k));

@@ -156,14 +156,9 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The lanes in which light without extent is sampled at surfaces of class specular: those that `aims` says.
-    #[inline(always)]
-    fn aiming_at_points<const DIFFUSE: bool>(&self, aims: impl FnOnce() -> u32) -> u32 {
-        if !DIFFUSE && self.aims && !self.scene.lights.punctual().is_empty() {
-            aims()
-        } else {
-            0
-        }
+    /// Whether light without extent is sampled at surfaces of class specular.
+    fn aims_at_points(&self) -> bool {
+        self.aims && !self.scene.lights.punctual().is_empty()
     }
 
     /// Whether walks straight through glass follow the light step, see [`link::Unseen`].
@@ -181,38 +176,25 @@ impl<'a> Context<'a> {
         self.settings.manifold == Manifold::Always
     }
 
-    /// The share of vertices at which walks by these mirrors are made once they are chosen.
+    /// The share of vertices at which walks by these mirrors are made once they are chosen: those whose coin is below.
     fn share(&self, by: &Sequence) -> f32 {
-        let share = if self.scene.reflectors.are_flat(by) {
-            self.shares.flat_mirrors
-        } else {
-            self.shares.curved_mirrors
-        };
-        self.worth(share)
+        let kind = shares::Kind::by_mirrors(by, &self.scene.reflectors);
+        self.where_worth(self.shares.of(kind))
     }
 
-    /// Of walks by mirrors of which `share` may be made.
-    fn worth(&self, share: f32) -> f32 {
+    /// Whether a path may make a walk at x_k, by whichever mirrors.
+    fn tries(&self, sampler: &Sampler, k: u32) -> bool {
+        let most = self.shares.flat_mirrors.max(self.shares.curved_mirrors);
+        sampler.coin(k) < self.where_worth(most)
+    }
+
+    /// A share of walks by mirrors, less often where these show little.
+    fn where_worth(&self, share: f32) -> f32 {
         if self.always() {
             1.0
         } else {
             share * self.scene.reflectors.worth()
         }
-    }
-
-    /// Whether a path may make one at x_k, by whichever mirrors.
-    fn tries(&self, sampler: &Sampler, k: u32) -> bool {
-        let Shares {
-            flat_mirrors,
-            curved_mirrors,
-            ..
-        } = self.shares;
-        sampler.coin(k) < self.worth(flat_mirrors.max(curved_mirrors))
-    }
-
-    /// Whether it does make it by these.
-    fn goes_by(&self, sampler: &Sampler, k: u32, by: &Sequence) -> bool {
-        sampler.coin(k) < self.share(by)
     }
 }
 

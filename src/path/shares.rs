@@ -10,7 +10,7 @@
 use super::{Context, Manifold, PathSettings, PathTracer, Step, Tile};
 use crate::manifold::Through;
 use crate::scene::Scene;
-use crate::scene::reflectors::Reflectors;
+use crate::scene::reflectors::{Reflectors, Sequence};
 use crate::sums::TileSums;
 use crate::trace::{RayKind, Traverse};
 use glam::Vec3;
@@ -42,13 +42,19 @@ impl Kind {
         match through {
             Through::Passage => Some(Self::Passage),
             Through::Mirrors(_) | Through::Microfacet(..) => {
-                Some(if reflectors.are_flat(&through.mirrors()) {
-                    Self::FlatMirrors
-                } else {
-                    Self::CurvedMirrors
-                })
+                Some(Self::by_mirrors(&through.mirrors(), reflectors))
             }
             Through::Ball(..) => None,
+        }
+    }
+
+    /// That of walks by these mirrors.
+    #[inline]
+    pub(super) fn by_mirrors(by: &Sequence, reflectors: &Reflectors) -> Self {
+        if reflectors.are_flat(by) {
+            Self::FlatMirrors
+        } else {
+            Self::CurvedMirrors
         }
     }
 }
@@ -102,6 +108,16 @@ impl Shares {
         let observe = |&tile: &Tile| Observed::of(scene, tracer, &settings, tile);
         let observed: Vec<Observed> = tiles.par_iter().map(observe).collect();
         Self::of_least_cost(&observed)
+    }
+
+    /// That of walks of a kind.
+    #[inline]
+    pub(super) fn of(&self, kind: Kind) -> f32 {
+        match kind {
+            Kind::Passage => self.passages,
+            Kind::FlatMirrors => self.flat_mirrors,
+            Kind::CurvedMirrors => self.curved_mirrors,
+        }
     }
 
     /// In words.

@@ -136,7 +136,7 @@ impl Scene {
         }
         let objects = std::mem::take(&mut obj.objects);
         let mesh = Mesh::new(obj, opacity);
-        // By mirrors and through panes rough metal gets what such lights throw by walks, which set out from there alone.
+        // What such lights throw on metal by mirrors and through panes, walks alone find, and only where it is rough.
         if settings.lights.is_empty() {
             flat::let_planes_be_specular(&mesh, &mut materials, settings.roughness_threshold);
         }

@@ -114,12 +114,14 @@ impl PlainBlock {
         alive: 0,
         chain: [chain::NONE; LANES],
     };
-}
 
-impl PlainBlock {
     /// The lanes at surfaces of class specular in which light is sampled as at rough ones: those that spread light a
     /// little, where no walk may find it.
-    fn spread(&self, chains: &Chains) -> u32 {
+    #[inline(always)]
+    fn spread<const DIFFUSE: bool>(&self, context: Context, chains: &Chains) -> u32 {
+        if DIFFUSE || !context.aims {
+            return 0;
+        }
         chains.beyond(&self.chain, self.alive & self.vertices.spreading())
     }
 }
@@ -246,10 +248,7 @@ impl PlainPaths {
         for (at, (block, &[u0, u1, u2, _])) in self.blocks.iter().zip(&self.numbers).enumerate() {
             let x = &block.vertices;
             let rough = x.rough & block.alive;
-            let mut lit = rough;
-            if !DIFFUSE && context.aims {
-                lit |= block.spread(&self.chains);
-            }
+            let lit = rough | block.spread::<DIFFUSE>(context, &self.chains);
             if lit == 0 {
                 if through_glass {
                     self.unseen.push((LightSamplesX8::NONE, 0));
@@ -311,10 +310,7 @@ impl PlainPaths {
             let rays = x.rays(scattering.wi);
             let carries_light = block.throughput.is_not_zero().to_bitmask();
             let rough = x.rough & !scattering.delta;
-            let mut lit = rough;
-            if !DIFFUSE && context.aims {
-                lit |= block.spread(&self.chains);
-            }
+            let lit = rough | block.spread::<DIFFUSE>(context, &self.chains);
             for lane in lanes_of(scattering.valid & carries_light & block.alive) {
                 let ray = self.bounce.push(&rays.lane(lane)) as usize;
                 let (at, to) = (ray / LANES, ray % LANES);
